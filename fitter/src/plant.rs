@@ -10,7 +10,9 @@
 //! | `id` | what it adds | parameters |
 //! |---|---|---|
 //! | `coulomb_friction` | x″ −= F·sign v; it holds the mechanism where \|force\| ≤ F | `force_per_inertia` F |
-//! | `stribeck_friction` | x″ −= (F + E·exp(−(v/v_s)²))·sign v; holds up to F + E | F, `extra_static` E, `stribeck_velocity` v_s |
+//! | `stribeck_friction` | x″ −= (F + E·exp(−\|v/v_s\|ᵟ))·sign v; holds up to F + E | F, `extra_static` E, `stribeck_velocity` v_s; `exponent` δ (2) |
+//! | `local_friction` | x″ −= F·exp(−((x − c)/w)²)·sign v | `force_per_inertia` F, `centre` c, `width` w |
+//! | `backlash` | x″ += F·sign v while x crosses a play of width b: what lies beyond it stands still | `friction_beyond` F, `play` b |
 //! | `cubic_stiffness` | x″ −= c·x³ | `coefficient` |
 //! | `quadratic_stiffness` | x″ −= c·x² | `coefficient` |
 //! | `quadratic_damping` | x″ −= c·v·\|v\| | `coefficient` |

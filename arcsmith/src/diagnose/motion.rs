@@ -98,7 +98,7 @@ pub fn options(
     let own = own_effects(effects, &text_safety::path(plant), file)?;
     let entries = dynamic::equations::entries();
     let mut ids: Vec<&str> = vec![linear::file::ID];
-    ids.extend(dynamic::effects::CATALOGUE.iter().map(|e| e.id));
+    ids.extend(dynamic::effects::under_feedback().map(|e| e.id));
     ids.extend(
         entries.iter().filter(|_| file.equations.is_some() || !own.is_empty()).map(|entry| entry.id.as_str()),
     );

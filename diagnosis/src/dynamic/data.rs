@@ -246,5 +246,5 @@ fn scale(drive: &[f64], position: &[f64], step_s: f64, runs: &[Range<usize>]) ->
     let speed = (square / count).sqrt() / step_s;
     let rms = (bend / count).sqrt().max(f64::MIN_POSITIVE);
     let largest = drive.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-    Scale { stroke, speed, drive: largest, step_s, rate: (speed / rms).max(f64::MIN_POSITIVE) }
+    Scale { middle, stroke, speed, drive: largest, step_s, rate: (speed / rms).max(f64::MIN_POSITIVE) }
 }

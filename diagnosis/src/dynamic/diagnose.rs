@@ -12,6 +12,7 @@ use super::estimate::{Fitted, fit};
 use super::joint::equations::InEquations;
 use super::joint::feedback::Inverse;
 use super::judge::{self, Problem, Withdrawn};
+use super::linear::looped::Looped;
 use super::model::{Model, Term};
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
@@ -91,7 +92,7 @@ pub(crate) enum Identified {
     /// An inverse model.
     Inverse(Inverse),
     /// A structure of many modes.
-    Modes,
+    Modes(Box<Looped>),
 }
 
 /// The user's own simulation of a recording.

@@ -7,6 +7,8 @@ use super::*;
 pub const ALL: &[&Specification] = &[
     &friction::COULOMB,
     &friction::STRIBECK,
+    &friction::LOCAL,
+    &friction::BACKLASH,
     &forces::CUBIC_STIFFNESS,
     &forces::QUADRATIC_STIFFNESS,
     &forces::QUADRATIC_DAMPING,

@@ -1,4 +1,4 @@
-//! Two recordings of which no joint model is made, as of structures of many modes. The parameters that both determine are held
+//! Two recordings of which no model of both can be fitted. The parameters that both determine are held
 //! against each other by their intervals; an effect that one recording alone has came or went.
 
 use std::collections::BTreeSet;

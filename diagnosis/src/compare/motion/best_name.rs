@@ -22,14 +22,15 @@ pub fn with_best_name<S: Side>(
     let sought = found.iter().map(|found| found.sought).sum::<usize>();
     let of_side = |side: usize| found[side].models.iter().map(move |model| (side, model));
     let tried: Vec<(usize, &Model)> = of_side(0).chain(of_side(1)).collect();
+    let least = if changed.is_empty() { NOTHING_ELSE_DIFFERS } else { 0.0 };
     let with = parallel::filter_map(&tried, |(side, model)| {
         let joint = of(*side, model)?.sought_among(sought);
-        let id = model.terms.last()?.effect.id;
-        let group = joint.groups.iter().position(|group| group.id == id)?;
-        Some((joint.criterion(&[group]), joint))
+        let of_id = |id: &str| joint.groups.iter().position(|group| group.id == id);
+        let group = of_id(model.terms.last()?.effect.id)?;
+        let without: Vec<usize> = changed.iter().filter_map(|k| of_id(&plain.groups[*k].id)).collect();
+        // In the same model: what the effect explains of both recordings alike is no reason that it differs.
+        let gain = joint.criterion(&without) - joint.criterion(&[group]);
+        (gain > least && joint.is_plausible(group)).then_some((gain, joint))
     });
-    let best = with.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let least = if changed.is_empty() { NOTHING_ELSE_DIFFERS } else { 0.0 };
-    let before = plain.criterion(&changed);
-    best.filter(|(after, _)| *after < before - least).map_or(plain, |(_, joint)| joint)
+    with.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(plain, |(_, joint)| joint)
 }

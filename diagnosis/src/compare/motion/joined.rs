@@ -3,7 +3,7 @@
 
 use numerics::rms;
 
-use crate::dynamic::joint::{INERTIA, Joint, Side, Solved};
+use crate::dynamic::joint::{Joint, Side, Solved};
 use crate::held_out::gain;
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::{FALSE_ALARMS, PRESENT};
@@ -39,8 +39,8 @@ impl Pair<'_> {
             let extended = (!changed.contains(&group)).then(|| joint.extended(&solved, group));
             let solved = extended.as_ref().unwrap_or(&solved);
             let first = || joint.parameters(solved, group).into_iter().next();
-            let (name, error) = match joint.inertia(solved, group) {
-                Some((_, error)) => (INERTIA.into(), error),
+            let (name, error) = match joint.ratio(solved, group) {
+                Some((_, error)) => (joint.groups[group].id.clone(), error),
                 None => first().map(|first| (first.then.name, first.error))?,
             };
             let id = self.names.for_both(&joint.groups[group].id);
@@ -82,8 +82,8 @@ impl Pair<'_> {
             place: joint.place(group, p_value),
             p_value,
             rms: None,
-            parameters: match joint.inertia(solved, group) {
-                Some((ratio, error)) => vec![Quantity::ratio(INERTIA, ratio, interval(ratio, error))],
+            parameters: match joint.ratio(solved, group) {
+                Some((ratio, error)) => vec![Quantity::ratio(id, ratio, interval(ratio, error))],
                 None => (joint.parameters(solved, group).iter())
                     .map(|moved| shown(quantity(&moved.then, &moved.now, moved.error)))
                     .collect(),

@@ -1,6 +1,5 @@
-//! What changed between two recordings of a mechanism in motion. Each is diagnosed by itself. Where
-//! the mechanism runs free, one model of both recordings follows, in which each parameter is the same or differs; else their
-//! parameters are held against each other.
+//! What changed between two recordings of a mechanism in motion. Each is diagnosed by itself. One model of both recordings
+//! follows, in which each parameter is the same or differs; where there is none, their parameters are held against each other.
 
 mod apart;
 mod best_name;
@@ -93,6 +92,9 @@ impl Pair<'_> {
         let joined = match [&self.then.identified, &self.now.identified] {
             [Identified::SecondOrder(a), Identified::SecondOrder(b)] => self.free_run([a, b]),
             [Identified::Inverse(a), Identified::Inverse(b)] => self.inverse([a, b]),
+            [Identified::Modes(a), Identified::Modes(b)] => {
+                joint::modes::joint(self.recordings, [a, b], self.plant).map(|joint| self.joined(&joint))
+            }
             identified => self.in_equations(identified),
         };
         joined.unwrap_or_else(|| self.apart())

@@ -24,6 +24,8 @@ pub enum Law {
     Cogging,
     Coulomb,
     Stribeck,
+    LocalFriction,
+    Backlash,
     BoucWen,
     FlexibleMode,
     /// One shape of a family without a physical name (`structure`).
@@ -62,7 +64,20 @@ impl Law {
             Law::Coulomb => p[0] * flow.direction,
             Law::Stribeck => {
                 let relative = v / p[2];
-                (p[0] + p[1] * (-(relative * relative)).exp()) * flow.direction
+                let exponent = p[4].value();
+                let power = if exponent == 2.0 { relative * relative } else { relative.abs().powf(exponent) };
+                (p[0] + p[1] * (-power).exp()) * flow.direction
+            }
+            Law::LocalFriction => {
+                let from = (x - p[1]) / p[2];
+                p[0] * (-(from * from)).exp() * flow.direction
+            }
+            Law::Backlash => {
+                // How far the play is from its middle, and whether the motion carries its end along.
+                let off = flow.states[0].value();
+                let carried = off * v.value() > 0.0 && off.abs() >= 0.5 * p[1].value();
+                flow.rates[0] = if carried { T::from_f64(0.0) } else { v };
+                p[0] * if carried { 0.0 } else { -flow.direction }
             }
             Law::BoucWen => {
                 let z = flow.states[0];

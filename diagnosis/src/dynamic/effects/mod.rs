@@ -65,9 +65,11 @@ pub struct Parameter {
     pub name: &'static str,
     /// Its unit; `p` stands for the position's unit and `u` for the drive's.
     pub unit: &'static str,
-    /// Whether it shapes the effect (a period, a velocity) rather than multiplying it. A shape is positive
-    /// and is sought on a logarithmic scale.
+    /// Whether it shapes the effect (a period, a velocity) rather than multiplying it. A shape is positive and is sought on a
+    /// logarithmic scale, unless it is a place.
     pub shape: bool,
+    /// Whether it is a shape that is a place along the stroke, of either sign, and sought by parts of the width that follows it.
+    pub place: bool,
     /// What it is where `plant.toml` does not give it; none where it has to.
     pub usual: Option<f64>,
 }
@@ -84,6 +86,8 @@ pub type Given<'a> = &'a dyn Fn(&str) -> Option<f64>;
 /// Size of what a recording holds, from which start values follow.
 #[derive(Debug, Clone, Copy)]
 pub struct Scale {
+    /// Mean position.
+    pub middle: f64,
     /// Largest distance of the position from its middle.
     pub stroke: f64,
     /// Root mean square of the velocity.
@@ -136,6 +140,8 @@ pub struct DynamicEffect {
     /// Parameters from which a search starts. What multiplies the effect is zero where its linearised signature is to
     /// say how large it is.
     pub starts: fn(&Scale) -> Vec<Vec<f64>>,
+    /// Further ones, which a search along a recorded motion also tries.
+    pub starts_along: fn(&Scale) -> Vec<Vec<f64>>,
     /// Parameters from which a search starts where an effect, given by its id and parameters, was found that is a
     /// special case of this one.
     pub starts_from: fn(&str, &[f64], &Scale) -> Vec<Vec<f64>>,
@@ -171,6 +177,7 @@ impl DynamicEffect {
         abrupt: false,
         by_gain: false,
         starts: |_| vec![vec![0.0]],
+        starts_along: |_| Vec::new(),
         starts_from: |_, _, _| Vec::new(),
         special_case: None,
         plausible: |_, _| true,
@@ -284,6 +291,15 @@ pub static CATALOGUE: [&DynamicEffect; 17] = [
     &flexible_mode::FLEXIBLE_MODE,
 ];
 
+/// Effects that are seen along a recorded motion alone. In a free run what lies beyond a play is a mechanism of its own, and a
+/// place is met too seldom.
+pub static ALONG_A_MOTION: [&DynamicEffect; 2] = [&friction::LOCAL, &friction::BACKLASH];
+
+/// All effects that a search under feedback tries, in the order of the catalogue.
+pub fn under_feedback() -> impl Iterator<Item = &'static DynamicEffect> {
+    CATALOGUE.into_iter().chain(ALONG_A_MOTION)
+}
+
 /// Ids of effects that a search treats apart.
 pub const COULOMB_FRICTION: &str = "coulomb_friction";
 #[allow(missing_docs)]
@@ -301,7 +317,7 @@ pub const TRANSPORT_DELAY: &str = "transport_delay";
 
 /// The effect with an id.
 pub fn effect(id: &str) -> Option<&'static DynamicEffect> {
-    CATALOGUE.iter().copied().find(|e| e.id == id)
+    under_feedback().find(|e| e.id == id)
 }
 
 /// The unit with the position's and the drive's put in.
@@ -318,12 +334,17 @@ pub fn unit_of(pattern: &str, position: &str, drive: &str) -> String {
 
 /// A parameter that multiplies its effect.
 pub(super) const fn amount(name: &'static str, unit: &'static str) -> Parameter {
-    Parameter { name, unit, shape: false, usual: None }
+    Parameter { name, unit, shape: false, place: false, usual: None }
 }
 
 /// A parameter that shapes its effect.
 pub(super) const fn shape(name: &'static str, unit: &'static str) -> Parameter {
-    Parameter { name, unit, shape: true, usual: None }
+    Parameter { name, unit, shape: true, place: false, usual: None }
+}
+
+/// A place along the stroke.
+const fn place(name: &'static str, unit: &'static str) -> Parameter {
+    Parameter { place: true, ..shape(name, unit) }
 }
 
 #[cfg(test)]
@@ -332,7 +353,7 @@ mod tests {
 
     #[test]
     fn every_confusion_names_an_effect_of_the_catalogue() {
-        for e in CATALOGUE {
+        for e in under_feedback() {
             for other in e.confused_with {
                 assert!(effect(other).is_some(), "{}: {other}", e.id);
                 assert_ne!(*other, e.id);
@@ -342,12 +363,13 @@ mod tests {
 
     #[test]
     fn starts_have_all_parameters_and_readings_read_back() {
-        let scale = Scale { stroke: 5000.0, speed: 2e5, drive: 0.3, step_s: 5e-4, rate: 200.0 };
-        for e in CATALOGUE {
-            for start in (e.starts)(&scale) {
+        let scale =
+            Scale { middle: 300.0, stroke: 5000.0, speed: 2e5, drive: 0.3, step_s: 5e-4, rate: 200.0 };
+        for e in under_feedback() {
+            for start in [(e.starts)(&scale), (e.starts_along)(&scale)].concat() {
                 assert_eq!(start.len(), e.parameters.len(), "{}", e.id);
                 for (value, p) in start.iter().zip(e.parameters) {
-                    assert!(!p.shape || *value > 0.0, "{} {}", e.id, p.name);
+                    assert!(!p.shape || p.place || *value > 0.0, "{} {}", e.id, p.name);
                 }
                 let some: Vec<f64> = start.iter().map(|v| if *v == 0.0 { 0.7 } else { *v }).collect();
                 let readings = e.readings(&some);

@@ -7,7 +7,6 @@ use numerics::Symmetric;
 use super::inverse::{Column, Solved, model_columns, normal_equations};
 use super::motion::Motion;
 use crate::dynamic::effects::Part;
-use crate::dynamic::joint::feedback::Lane;
 use crate::intervals::widening;
 use crate::thresholds::dynamic::feedback::errors::PARTS;
 
@@ -24,13 +23,19 @@ struct Errors {
 }
 
 impl Errors {
-    fn of(solved: &Solved, motion: &Motion, same_motion: bool, rows: &[usize], columns: &[Column]) -> Errors {
+    fn of(
+        residual: &[f64],
+        motion: &Motion,
+        same_motion: bool,
+        rows: &[usize],
+        columns: &[Column],
+    ) -> Errors {
         let inverse = normal_equations(columns, rows, &motion.drive).0.factor().inverse();
-        let square: f64 = rows.iter().map(|k| solved.residual[*k].powi(2)).sum();
+        let square: f64 = rows.iter().map(|k| residual[*k].powi(2)).sum();
         let independent = rows.len().max(1) as f64 * motion.independent_per_row();
         let mut of_noise = inverse.clone();
         of_noise.entries.iter_mut().for_each(|entry| *entry *= square / independent);
-        let of_parts = (!same_motion).then(|| by_parts(columns, rows, &solved.residual, &inverse));
+        let of_parts = (!same_motion).then(|| by_parts(columns, rows, residual, &inverse));
         Errors { of_noise, of_parts }
     }
 
@@ -56,31 +61,23 @@ fn product(a: &Sum, b: &Sum, covariance: &Symmetric) -> f64 {
 /// are compared with those of the `same_motion`.
 pub fn deviations(solved: &Solved, motion: &Motion, same_motion: bool) -> Vec<Vec<f64>> {
     let columns = model_columns(solved, motion);
-    let rows: Vec<usize> = motion.runs.iter().flat_map(|run| run.clone()).collect();
-    let errors = Errors::of(solved, motion, same_motion, &rows, &columns);
+    let rows: Vec<usize> = motion.rows().collect();
+    let errors = Errors::of(&solved.residual, motion, same_motion, &rows, &columns);
     let of_term = |of_term: &Vec<Sum>| of_term.iter().map(|sum| errors.deviation(sum)).collect();
     sums(solved, &columns).iter().map(of_term).collect()
 }
 
-/// Covariance of some parameters by the rows that are wanted: with the deviations of [`deviations`], correlated as noise and
-/// parts are together.
+/// Covariance of the coefficients of columns by some rows of what they leave: each with the larger deviation of [`deviations`],
+/// correlated as noise and parts are together.
 pub fn covariance(
-    solved: &Solved,
+    columns: &[Column],
+    residual: &[f64],
     motion: &Motion,
     same_motion: bool,
-    wanted: &dyn Fn(usize) -> bool,
-    lanes: &[Lane],
+    rows: &[usize],
 ) -> Symmetric {
-    let columns = model_columns(solved, motion);
-    let all = motion.runs.iter().flat_map(|run| run.clone());
-    let rows: Vec<usize> = all.filter(|row| wanted(*row)).collect();
-    let errors = Errors::of(solved, motion, same_motion, &rows, &columns);
-    let sums = sums(solved, &columns);
-    let of = |lane: &Lane| match *lane {
-        Lane::Plant(k) => &sums[0][k],
-        Lane::Term(k, j) => &sums[1 + k][j],
-    };
-    let chosen: Vec<&Sum> = lanes.iter().map(of).collect();
+    let errors = Errors::of(residual, motion, same_motion, rows, columns);
+    let chosen: Vec<Sum> = (0..columns.len()).map(|i| vec![(i, 1.0)]).collect();
     let scale = |sum: &Sum| {
         let together = errors.product(sum, sum).sqrt();
         if together > 0.0 { errors.deviation(sum) / together } else { 0.0 }
@@ -108,7 +105,7 @@ fn sums(solved: &Solved, columns: &[Column]) -> Vec<Vec<Sum>> {
         let Some((t, j)) = *owner else { continue };
         sums[1 + t][j] = match model.terms[t].effect.part {
             Part::Force => per_inertia(i, model.terms[t].parameters[j]),
-            Part::SensorOffset if stiff => vec![(i, 1.0 / stiffness)],
+            Part::SensorOffset if stiff => vec![(i, gain / stiffness)],
             _ => vec![(i, 1.0)],
         };
     }

@@ -2,9 +2,10 @@
 
 use fitter::plant::Plant;
 
+use super::filter;
+use super::inverse::Solved;
 use super::motion::Motion;
 use super::search::Along;
-use super::{filter, square};
 use crate::dynamic::data::{CHOOSE, FIT};
 use crate::dynamic::effects::{DynamicEffect, Reading, Scale};
 use crate::dynamic::model::{Model, Term};
@@ -17,7 +18,7 @@ pub fn coloured(residual: &[f64], motion: &Motion) -> bool {
     let slow: Vec<f64> = (motion.runs.iter())
         .flat_map(|r| filter::low_pass(&residual[r.clone()], 0.2 * motion.cutoff_hz, motion.step_s))
         .collect();
-    square(&slow) > 0.4 * square(residual)
+    motion.rms(&slow).powi(2) > 0.4 * motion.rms(residual).powi(2)
 }
 
 /// The effects of a model, the strongest first: its terms, fitted to all rows, with the standard deviations of their parameters.
@@ -47,7 +48,8 @@ pub fn named(
             let parts = r.gradient.iter().zip(&deviations[t]);
             parts.map(|(g, d)| (g * d).powi(2)).sum::<f64>().sqrt()
         };
-        let lost = square(&without.residual) - square(&fitted.residual);
+        let square = |solved: &Solved| along.motion.rms(&solved.residual).powi(2);
+        let lost = square(&without) - square(&fitted);
         said.push((lost.max(0.0), verdict::named(term, deviation, gain, alternatives, plant)));
     }
     verdict::shared(said)

@@ -104,10 +104,10 @@ pub fn normal_equations(columns: &[Column], rows: &[usize], drive: &[f64]) -> (S
     (normal, right)
 }
 
-/// Fits the amounts of a model, its shapes given, on the rows that `wanted` selects.
+/// Fits the amounts of a model, its shapes given, on those of the rows that tell which `wanted` selects.
 pub fn solve(shapes: &Model, motion: &Motion, wanted: &dyn Fn(usize) -> bool) -> Option<Solved> {
     let (terms, stiff) = (&shapes.terms, shapes.nominal_free[1]);
-    let rows: Vec<usize> = motion.runs.iter().flat_map(|r| r.clone()).filter(|k| wanted(*k)).collect();
+    let rows: Vec<usize> = motion.rows().filter(|k| wanted(*k)).collect();
     // Only a lag and a force that goes with the gain have to settle.
     let rounds = if terms.iter().all(|t| !t.effect.is_late() && !t.effect.by_gain) { 1 } else { ROUNDS };
     let mut gain = 1.0;
@@ -151,7 +151,7 @@ pub fn solve(shapes: &Model, motion: &Motion, wanted: &dyn Fn(usize) -> bool) ->
             let Some((t, j)) = *owner else { continue };
             let factor = match terms[t].effect.part {
                 Part::Force => gain,
-                Part::SensorOffset if stiff => x[0] / x[2],
+                Part::SensorOffset if stiff => 1.0 / x[2],
                 _ => 1.0,
             };
             model.terms[t].parameters[j] = x[i] * factor;

@@ -10,7 +10,9 @@ pub mod search;
 
 use super::data::Data;
 use super::diagnose::{Case, DynamicOutcome, Identified, OwnSimulation, Predicted};
-use super::effects::{CATALOGUE, COULOMB_FRICTION, DRIVE_LAG, DRIVE_OFFSET, DynamicEffect, Scale, effect};
+use super::effects::{
+    COULOMB_FRICTION, DRIVE_LAG, DRIVE_OFFSET, DynamicEffect, Scale, effect, under_feedback,
+};
 use super::joint::feedback::Inverse;
 use super::judge::{self, Problem, Withdrawn};
 use super::model::{Model, Term};
@@ -43,11 +45,12 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let scale = data.scale;
     // The lag that is looked for first is that of the drive; under feedback it cannot be told from others.
     let mut catalogue: Vec<&'static DynamicEffect> =
-        CATALOGUE.iter().copied().filter(|e| options.skip.iter().all(|id| id != e.id)).collect();
+        under_feedback().filter(|e| options.skip.iter().all(|id| id != e.id)).collect();
     catalogue.sort_by_key(|e| e.id != DRIVE_LAG);
     let motion = Motion::new(recording, options.cutoff_hz.unwrap_or_else(|| cutoff(recording)), None);
     let along = Along { motion: &motion, fold: &data.fold, per_row: motion.independent_per_row() };
-    let present = along.search(&catalogue, &scale).ok_or_else(lost)?;
+    let present = along.search(&catalogue, &scale).and_then(|found| plausible(found, &motion, &scale));
+    let present = present.ok_or_else(lost)?;
     let without = mechanism(present.nominal_free[1]);
     let theirs = simulated.map(|own| expected(own, recording, &along, &scale)).transpose()?;
     let before = match &theirs {
@@ -68,6 +71,24 @@ pub fn usual_terms(recording: &DynamicRecording) -> Vec<Term> {
     let scale = Data::new(recording).scale;
     let term = |id: &str| effect(id).map(|e| Term::new(e, (e.starts)(&scale)[0].clone()));
     [COULOMB_FRICTION, DRIVE_OFFSET, DRIVE_LAG].into_iter().filter_map(term).collect()
+}
+
+/// The model without effects that all rows together deny: the search has fitted them to some. An effect with a simpler one as its
+/// special case becomes that.
+fn plausible(mut model: Model, motion: &Motion, scale: &Scale) -> Option<Model> {
+    loop {
+        let solved = solve(&model, motion, &|_| true)?.model;
+        let denied = |term: &Term| !(term.effect.plausible)(&term.parameters, scale);
+        let Some(k) = solved.terms.iter().position(denied) else { return Some(model) };
+        let simpler = solved.terms[k]
+            .effect
+            .special_case
+            .filter(|simpler| solved.terms.iter().all(|term| term.effect.id != simpler.id));
+        match simpler {
+            Some(simpler) => model.terms[k] = Term::new(simpler, (simpler.starts)(scale)[0].clone()),
+            None => drop(model.terms.remove(k)),
+        }
+    }
 }
 
 /// A model fitted without the rows that score.
@@ -102,7 +123,8 @@ impl Problem for Feedback<'_> {
         let of_terms = (&after.model.terms[..], &deviations[1..]);
         let effects =
             findings::named(&self.along, &present, of_terms, &self.catalogue, &self.data.scale, nominal);
-        let explained = 1.0 - square(&after.residual) / square(&before.residual).max(f64::MIN_POSITIVE);
+        let explained =
+            1.0 - (motion.rms(&after.residual) / motion.rms(&before.residual).max(f64::MIN_POSITIVE)).powi(2);
         let locations = locations(|variable| motion.reach(variable), &effects, explained, &[]);
         let models = [&before.model, &after.model];
         let own = Predicted::by(recording, models, |model| vec![predict(model, motion)]);
@@ -130,7 +152,7 @@ impl Problem for Feedback<'_> {
             Verdict::Explained
         };
         let floor = NoiseFloor {
-            value: square(&after.residual).sqrt(),
+            value: motion.rms(&after.residual),
             unit: nominal.drive_unit.clone(),
             from: format!("what the inverse model leaves below {:.0} Hz", motion.cutoff_hz),
             autocorrelation: 0.0,
@@ -191,8 +213,4 @@ fn expected(
     let predicted = along.motion.smooth(&predict(&solved.model, along.motion));
     let residual = along.motion.drive.iter().zip(&predicted).map(|(u, p)| u - p).collect();
     Ok(Solved { residual, ..solved })
-}
-
-fn square(residual: &[f64]) -> f64 {
-    numerics::rms(residual).powi(2)
 }

@@ -25,6 +25,9 @@ pub struct Motion {
     pub drive: Vec<f64>,
     /// Speed that counts as standing still.
     pub slow: f64,
+    /// Whether each row tells what the motion needs: where the mechanism stands still for longer than the smoothing takes, dry
+    /// friction holds any drive up to its own.
+    pub tells: Vec<bool>,
 }
 
 impl Motion {
@@ -52,6 +55,9 @@ impl Motion {
             drive.extend(low_pass(&recording.drives[0][run.clone()], cutoff_hz, h));
         }
         let slow = slow.unwrap_or_else(|| STANDING * numerics::rms(&velocity)).max(f64::MIN_POSITIVE);
+        let smoothed = (1.0 / (cutoff_hz * h)).ceil() as usize;
+        let tells =
+            recording.runs.iter().flat_map(|run| moving(&velocity[run.clone()], slow, smoothed)).collect();
         Motion {
             step_s: h,
             runs: recording.runs.clone(),
@@ -61,7 +67,18 @@ impl Motion {
             acceleration,
             drive,
             slow,
+            tells,
         }
+    }
+
+    /// All rows that tell what the motion needs.
+    pub fn rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.runs.iter().cloned().flatten().filter(|row| self.tells[*row])
+    }
+
+    /// Root mean square of what a model leaves of the rows that tell.
+    pub fn rms(&self, residual: &[f64]) -> f64 {
+        numerics::rms(&self.rows().map(|row| residual[row]).collect::<Vec<f64>>())
     }
 
     /// Independent readings per row of what has passed the smoothing.
@@ -124,5 +141,33 @@ impl Motion {
             }
         }
         out
+    }
+}
+
+/// Which rows of a run are none of those in which it is slow for more than `smoothed` rows. A smoothed motion begins before the
+/// mechanism does, so that the stretch needs no margin.
+fn moving(velocity: &[f64], slow: f64, smoothed: usize) -> Vec<bool> {
+    let mut moving = vec![true; velocity.len()];
+    let mut from = 0;
+    for stretch in velocity.chunk_by(|a, b| (a.abs() < slow) == (b.abs() < slow)) {
+        let to = from + stretch.len();
+        if stretch[0].abs() < slow && stretch.len() > smoothed {
+            moving[from..to].fill(false);
+        }
+        from = to;
+    }
+    moving
+}
+
+#[cfg(test)]
+mod tests {
+    use super::moving;
+
+    #[test]
+    fn a_mechanism_that_stands_still_tells_nothing_and_one_that_turns_round_does() {
+        let velocity: Vec<f64> =
+            [vec![1.0; 5], vec![0.0; 8], vec![-1.0; 5], vec![0.0; 2], vec![1.0; 3]].concat();
+        let left: Vec<usize> = (0..velocity.len()).filter(|k| !moving(&velocity, 0.1, 4)[*k]).collect();
+        assert_eq!(left, (5..13).collect::<Vec<usize>>());
     }
 }

@@ -40,10 +40,14 @@ pub struct Along<'a> {
 }
 
 impl Along<'_> {
+    /// The rows of one kind that tell.
+    fn rows(&self, fold: usize) -> impl Iterator<Item = usize> + '_ {
+        self.motion.rows().filter(move |k| self.fold[*k] as usize == fold)
+    }
+
     /// Mean square of a residual on one kind of row.
     pub fn square(&self, residual: &[f64], fold: usize) -> f64 {
-        let rows = residual.iter().zip(self.fold).filter(|(_, f)| **f as usize == fold);
-        let (sum, count) = rows.fold((0.0, 0usize), |(s, n), (r, _)| (s + r * r, n + 1));
+        let (sum, count) = self.rows(fold).fold((0.0, 0usize), |(s, n), k| (s + residual[k].powi(2), n + 1));
         sum / count.max(1) as f64
     }
 
@@ -54,7 +58,7 @@ impl Along<'_> {
 
     /// −2 log likelihood gained on one kind of row.
     pub fn gain(&self, before: &Solved, after: &Solved, fold: usize) -> f64 {
-        let rows = self.fold.iter().filter(|f| **f as usize == fold).count() as f64 * self.per_row;
+        let rows = self.rows(fold).count() as f64 * self.per_row;
         let (a, b) = (self.square(&before.residual, fold), self.square(&after.residual, fold));
         rows * (a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE)).ln()
     }
@@ -71,7 +75,7 @@ impl Along<'_> {
                 if last != fold {
                     blocks.push(0.0);
                 }
-                if let Some(block) = blocks.last_mut() {
+                if let Some(block) = blocks.last_mut().filter(|_| self.motion.tells[k]) {
                     *block += before.residual[k].powi(2) - after.residual[k].powi(2);
                 }
             }
@@ -101,9 +105,12 @@ impl Along<'_> {
         let mut width = 1.5;
         for _ in 0..if shaped.is_empty() { 0 } else { 6 } {
             for &j in &shaped {
-                for factor in [width, 1.0 / width] {
+                for factor in [width, 1.0f64 / width] {
                     let mut tried = shapes.clone();
-                    tried[j] *= factor;
+                    match effect.parameters[j].place {
+                        true => tried[j] += factor.ln() * tried[j + 1],
+                        false => tried[j] *= factor,
+                    }
                     if let Some(s) = fit(&tried)
                         && self.square(&s.residual, FIT) < self.square(&best.residual, FIT)
                     {
@@ -118,7 +125,7 @@ impl Along<'_> {
 
     /// The rows that fit of a column.
     fn fit_rows(&self, column: &[f64]) -> Vec<f64> {
-        column.iter().zip(self.fold).filter(|(_, f)| **f as usize == FIT).map(|(c, _)| *c).collect()
+        self.rows(FIT).map(|k| column[k]).collect()
     }
 
     /// What further columns explain of a residual, beside a basis of the rows that fit.
@@ -138,7 +145,7 @@ impl Along<'_> {
     ) -> Vec<Solved> {
         let model = &present.model;
         let columns = model_columns(present, self.motion);
-        let mut basis = Basis::new(self.fold.iter().filter(|f| **f as usize == FIT).count());
+        let mut basis = Basis::new(self.rows(FIT).count());
         columns.iter().for_each(|(column, _)| _ = basis.add(&self.fit_rows(column)));
         let constant = |e: &DynamicEffect| matches!(e.part, Part::Drive | Part::SensorOffset);
         let has = |kind: &dyn Fn(&DynamicEffect) -> bool| model.terms.iter().any(|t| kind(t.effect));
@@ -152,7 +159,7 @@ impl Along<'_> {
             {
                 return None;
             }
-            let starts = (e.starts)(scale);
+            let starts = [(e.starts)(scale), (e.starts_along)(scale)].concat();
             let start = if starts.len() == 1 || e.is_late() {
                 &starts[0]
             } else {

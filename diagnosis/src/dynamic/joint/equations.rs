@@ -124,7 +124,7 @@ impl InCommon for Model {
                 let parameters = term.effect.parameters.iter().zip(&term.values).zip(self.packed_of(k));
                 parameters.map(|((parameter, value), lane)| one(parameter, *value, lane)).collect()
             }
-            Of::Inertia => Vec::new(),
+            Of::Inertia | Of::Structure(_) => Vec::new(),
         }
     }
 
@@ -139,7 +139,7 @@ impl InCommon for Model {
             Of::Plant(_) if PLANT.iter().any(|[id, ..]| *id == group.id) => {
                 place(&group.id, recording, p_value)
             }
-            Of::Plant(_) | Of::Inertia => None,
+            Of::Plant(_) | Of::Inertia | Of::Structure(_) => None,
             Of::Term(k) => {
                 let own = Data::new(recording);
                 let reach = |variable: &str| reach(&own, &recording.t_s, variable);

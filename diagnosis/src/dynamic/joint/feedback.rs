@@ -1,5 +1,8 @@
 //! A recording under feedback, as one of two: the inverse model of either has the effects of both, along motions that are
-//! smoothed alike. Shapes are those of the recording in which the effect was found; its amounts may differ.
+//! smoothed alike. Shapes are those of both, near those of the recording in which the effect was found; its amounts may differ.
+//!
+//! What differs are coefficients of the drive, of which the model is a sum: inertia times acceleration, and so on. Parameters
+//! per inertia, which are reported, are as uncertain as the inertia, and a slow motion hardly shows that.
 
 use std::sync::Arc;
 
@@ -7,13 +10,15 @@ use fitter::plant::Plant;
 use numerics::parallel;
 
 use super::expansion::Expansion;
-use super::second_order::{is_per_inertia, readings};
-use super::{Gradient, Group, Joint, Of, Side};
+use super::second_order::readings;
+use super::{Gradient, Group, INERTIA, INERTIA_TITLE, Joint, Of, Side};
 use crate::dynamic::candidates::Candidates;
 use crate::dynamic::data::{Data, Folds, SCORE};
-use crate::dynamic::effects::{CATALOGUE, DynamicEffect, Part, Reading};
+use crate::dynamic::effects::{DynamicEffect, Part, Reading, under_feedback};
 use crate::dynamic::feedback::errors::covariance;
-use crate::dynamic::feedback::inverse::{Solved, predict, solve};
+use crate::dynamic::feedback::inverse::{
+    Column, Solved, effect_columns, model_columns, normal_equations, predict, solve,
+};
 use crate::dynamic::feedback::motion::Motion;
 use crate::dynamic::feedback::search::Along;
 use crate::dynamic::feedback::usual_terms;
@@ -21,6 +26,7 @@ use crate::dynamic::interval::Sort;
 use crate::dynamic::model::{Model, Term};
 use crate::dynamic::recording::DynamicRecording;
 use crate::dynamic::verdict::{PLANT, nominal, place};
+use crate::thresholds::compare::joint::{FAR, POLISHING, SHAPE_STEP, UNDETERMINED};
 use crate::thresholds::dynamic::feedback::errors::{PARTS, SMOOTHER};
 use crate::verdict::{Location, Parameter};
 
@@ -43,6 +49,9 @@ pub struct UnderFeedback<'a> {
     data: Data<'a>,
     motions: Arc<Motions>,
     solved: Solved,
+    /// What the packed parameters leave.
+    residual: Vec<f64>,
+    /// The coefficients of the drive, then the shapes.
     packed: Vec<f64>,
     own: Expansion,
 }
@@ -91,8 +100,9 @@ impl<'a> Recorded<'a> {
         };
         let mut usual = usual_terms(self.recordings[0]);
         usual.retain(|term| self.in_question(term.effect));
+        let polished = [0, 1].map(|k| polished(models[k], &self.motions[k].motion));
         let with = |first: usize| {
-            let shapes = with_effects_of_both(models[first], models[1 - first], &usual);
+            let shapes = with_effects_of_both(&polished[first], &polished[1 - first], &usual);
             let (then, now) = parallel::join(|| of(0, &shapes), || of(1, &shapes));
             Some([then?, now?])
         };
@@ -111,12 +121,33 @@ impl<'a> Recorded<'a> {
         let motion = &self.motions[number].motion;
         let along = Along { motion, fold: &data.fold, per_row: motion.independent_per_row() };
         let catalogue: Vec<&'static DynamicEffect> =
-            CATALOGUE.iter().copied().filter(|effect| self.in_question(effect)).collect();
+            under_feedback().filter(|effect| self.in_question(effect)).collect();
         let present = along.fit(model);
         let found = present.map(|present| along.contenders(&present, &catalogue, &data.scale));
         let models = found.into_iter().flatten().map(|solved| solved.model).collect();
         Candidates { models, sought: catalogue.len() }
     }
+}
+
+/// A model with the shapes that its own recording prefers: the search leaves them near by.
+fn polished(model: &Model, motion: &Motion) -> Model {
+    let mut best = model.clone();
+    let mut left = f64::INFINITY;
+    for _ in 0..POLISHING {
+        let Some(linear) = Linear::of(&best, motion, &|_| true) else { return best };
+        let now = motion.rms(&linear.solved.residual);
+        if now >= left {
+            return best;
+        }
+        (best, left) = (linear.solved.model.clone(), now);
+        let first = linear.packed.len() - shapes_of(model).count();
+        for ((k, j), to) in shapes_of(model).zip(&linear.packed[first..]) {
+            let size = size_of(&linear.solved.model, (k, j));
+            let parameter = &mut best.terms[k].parameters[j];
+            *parameter = to.clamp(*parameter - 0.5 * size, *parameter + size);
+        }
+    }
+    best
 }
 
 /// A model with the effects of both, of two that cannot be told apart the first one's; and with what every drive has some of.
@@ -147,94 +178,219 @@ impl<'a> UnderFeedback<'a> {
         wanted: &dyn Fn(usize) -> bool,
     ) -> Option<UnderFeedback<'a>> {
         let Motions { motion, smoother } = &*motions;
-        let solved = solve(shapes, motion, wanted)?;
-        let lanes = lanes(&solved.model);
-        let values = |model: &Model| -> Vec<f64> {
-            lanes.iter().map(|lane| *value(&mut model.clone(), *lane)).collect()
-        };
-        let packed = values(&solved.model);
-        let mut covariance = covariance(&solved, motion, smoother.is_none(), wanted, &lanes);
+        let own = Linear::of(shapes, motion, wanted)?;
+        let rows: Vec<usize> = motion.rows().filter(|row| wanted(*row)).collect();
+        let mut covariance = covariance(&own.columns, &own.residual, motion, smoother.is_none(), &rows);
         if let Some(smoother) = smoother {
-            let there = values(&solve(shapes, smoother, wanted)?.model);
-            let moved: Vec<f64> = there.iter().zip(&packed).map(|(there, here)| there - here).collect();
+            // With the same shapes, which the smoother motion hardly shows.
+            let [here, there] =
+                [&own.solved.model, &solve(shapes, smoother, wanted)?.model].map(coefficients);
+            let moved: Vec<f64> = there.iter().zip(&here).map(|(there, here)| there - here).collect();
             for (i, a) in moved.iter().enumerate() {
                 moved.iter().enumerate().for_each(|(j, b)| *covariance.at_mut(i, j) += a * b);
             }
         }
-        // The inverse model is linear: its fit says all.
+        let Linear { solved, packed, residual, .. } = own;
+        // The inverse model is linear but for shapes near their own: its fit says all.
         let information = covariance.factor().inverse();
-        let own = Expansion { cost: 0.0, pull: vec![0.0; lanes.len()], information };
+        let own = Expansion { cost: 0.0, pull: vec![0.0; packed.len()], information };
         let finite = own.is_finite() && packed.iter().all(|value| value.is_finite());
         let data = Data::new(recording);
-        finite.then_some(UnderFeedback { recording, plant, data, motions, solved, packed, own })
+        finite.then_some(UnderFeedback { recording, plant, data, motions, solved, residual, packed, own })
     }
 
     fn mean_square(&self) -> f64 {
-        numerics::rms(&self.solved.residual).powi(2)
+        self.motions.motion.rms(&self.residual).powi(2)
     }
 
+    /// The model with these coefficients.
     fn with(&self, packed: &[f64]) -> Model {
         let mut model = self.solved.model.clone();
-        lanes(&model).into_iter().zip(packed).for_each(|(lane, to)| *value(&mut model, lane) = *to);
+        let stiff = model.nominal_free[1];
+        let gain = 1.0 / packed[0];
+        model.nominal = [packed[1] * gain, if stiff { packed[2] * gain } else { 0.0 }, gain];
+        for (lane, (k, j)) in owners(&model) {
+            let of_one = of_one(&model, k);
+            let term = &mut model.terms[k];
+            let own = term.parameters[j];
+            term.parameters[j] = match term.effect.parameters[j] {
+                of if !of.shape => packed[lane] * of_one,
+                of if of.place => packed[lane],
+                // What both recordings prefer to first order may lead too far.
+                _ => packed[lane].clamp(own / FAR, own * FAR),
+            };
+        }
         model
     }
 
+    /// Number of coefficients of the mechanism without effects.
+    fn nominal(&self) -> usize {
+        2 + usize::from(self.solved.model.nominal_free[1])
+    }
+
     fn lanes_of(&self, k: usize) -> Vec<Option<usize>> {
-        let lanes = lanes(&self.solved.model);
-        let of = |j: usize| lanes.iter().position(|lane| *lane == Lane::Term(k, j));
+        let owners = owners(&self.solved.model);
+        let of = |j: usize| owners.iter().find(|(_, owner)| *owner == (k, j)).map(|(lane, _)| *lane);
         (0..self.solved.model.terms[k].parameters.len()).map(of).collect()
+    }
+
+    /// The packed parameters that multiply a term.
+    fn amounts_of(&self, k: usize) -> impl Iterator<Item = usize> {
+        let of = self.solved.model.terms[k].effect.parameters;
+        self.lanes_of(k).into_iter().zip(of).filter(|(_, of)| !of.shape).filter_map(|(lane, _)| lane)
+    }
+
+    /// How fast what is `slope` times an amount of a term, at `lane`, changes with the coefficients.
+    fn by_coefficients(model: &Model, k: usize, (lane, slope): (usize, f64), amount: f64) -> Gradient {
+        let of_one = of_one(model, k);
+        let [_, stiffness, gain] = model.nominal;
+        match model.terms[k].effect.part {
+            Part::Force => vec![(lane, slope * of_one), (0, -slope * amount * gain)],
+            Part::SensorOffset if stiffness != 0.0 => {
+                vec![(lane, slope * of_one), (2, -slope * amount * of_one)]
+            }
+            _ => vec![(lane, slope)],
+        }
     }
 }
 
-/// A parameter that is fitted: of the plant, or of a term.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Lane {
-    /// Damping (0), stiffness (1) or gain (2).
-    Plant(usize),
-    /// Of this term this parameter.
-    Term(usize, usize),
+/// An inverse model on some rows, its shapes to first order.
+struct Linear {
+    solved: Solved,
+    /// Columns of the coefficients, then of the shapes.
+    columns: Vec<Column>,
+    packed: Vec<f64>,
+    /// What all that leaves.
+    residual: Vec<f64>,
 }
 
-/// The parameters of an inverse model that are fitted: all but shapes.
-fn lanes(model: &Model) -> Vec<Lane> {
-    let plant = (0..3).filter(|k| *k != 1 || model.nominal_free[1]).map(Lane::Plant);
-    let of_terms = model.terms.iter().enumerate().flat_map(|(k, term)| {
+impl Linear {
+    fn of(shapes: &Model, motion: &Motion, wanted: &dyn Fn(usize) -> bool) -> Option<Linear> {
+        let solved = solve(shapes, motion, wanted)?;
+        let model = &solved.model;
+        let mut columns = model_columns(&solved, motion);
+        columns.extend(shapes_of(model).map(|(k, j)| (by_shape(model, (k, j), motion), Some((k, j)))));
+        let rows: Vec<usize> = motion.rows().filter(|row| wanted(*row)).collect();
+        let sizes: Vec<f64> = shapes_of(model).map(|owner| size_of(model, owner)).collect();
+        let first = columns.len() - sizes.len();
+        let variance = motion.rms(&solved.residual).powi(2) / motion.independent_per_row();
+        let step = loop {
+            let (normal, right) = normal_equations(&columns, &rows, &solved.residual);
+            let factor = normal.factor();
+            let inverse = factor.inverse();
+            let error = |k: usize| (variance * inverse.at(first + k, first + k)).sqrt();
+            let undetermined = |k: &usize| error(*k) > UNDETERMINED * sizes[*k];
+            // Without a column the rows say nothing of it.
+            match (0..sizes.len()).find(undetermined) {
+                Some(k) => columns[first + k].0.fill(0.0),
+                None => break factor.solve(&right),
+            }
+        };
+        let shapes = shapes_of(model).map(|(k, j)| model.terms[k].parameters[j]);
+        let packed: Vec<f64> = coefficients(model).into_iter().chain(shapes).collect();
+        let packed = packed.iter().zip(&step).map(|(own, step)| own + step).collect();
+        let left = |row: usize| {
+            solved.residual[row] - columns.iter().zip(&step).map(|((c, _), by)| c[row] * by).sum::<f64>()
+        };
+        let residual = (0..solved.residual.len()).map(left).collect();
+        Some(Linear { solved, columns, packed, residual })
+    }
+}
+
+/// By how much a shape of a term changes before it is another one: by itself, or a place by its width.
+fn size_of(model: &Model, (k, j): (usize, usize)) -> f64 {
+    let term = &model.terms[k];
+    if term.effect.parameters[j].place { term.parameters[j + 1] } else { term.parameters[j] }
+}
+
+/// How fast the drive changes with a shape of a term.
+fn by_shape(model: &Model, (k, j): (usize, usize), motion: &Motion) -> Vec<f64> {
+    let term = &model.terms[k];
+    let (effect, gain) = (term.effect, model.nominal[2]);
+    let step = SHAPE_STEP * size_of(model, (k, j));
+    let at = |by: f64| {
+        let mut shapes = term.parameters.clone();
+        shapes[j] += by;
+        effect_columns(effect, &shapes, motion, gain)
+    };
+    let mut slope = vec![0.0; motion.position.len()];
+    for ((amount, more), (_, less)) in at(step).into_iter().zip(at(-step)) {
+        let factor = term.parameters[amount] / gain / (2.0 * step);
+        slope.iter_mut().zip(more.iter().zip(&less)).for_each(|(s, (a, b))| *s += factor * (a - b));
+    }
+    slope
+}
+
+/// The shapes of a model that are estimated, of which term which parameter: those that a search fits, of effects without memory.
+/// What crosses a play changes by whole rows, which has no slope.
+fn shapes_of(model: &Model) -> impl Iterator<Item = (usize, usize)> + '_ {
+    model.terms.iter().enumerate().flat_map(|(k, term)| {
+        let effect = term.effect;
+        let forgets = effect.part == Part::Force && effect.states == 0;
+        let fitted = move |j: &usize| forgets && effect.parameters[*j].shape && *j < effect.kept;
+        (0..term.parameters.len()).filter(fitted).map(move |j| (k, j))
+    })
+}
+
+/// Which packed parameters behind those of the mechanism are of which term which parameter: first the amounts, in the order of
+/// [`model_columns`], then the shapes.
+fn owners(model: &Model) -> Vec<(usize, (usize, usize))> {
+    let nominal = 2 + usize::from(model.nominal_free[1]);
+    amounts_of(model).chain(shapes_of(model)).enumerate().map(|(n, owner)| (nominal + n, owner)).collect()
+}
+
+fn amounts_of(model: &Model) -> impl Iterator<Item = (usize, usize)> + '_ {
+    model.terms.iter().enumerate().flat_map(|(k, term)| {
         let effect = term.effect;
         let fitted = move |j: &usize| match effect.part {
             Part::Force => !effect.parameters[*j].shape,
             _ => *j == 0,
         };
-        (0..term.parameters.len()).filter(fitted).map(move |j| Lane::Term(k, j))
-    });
-    plant.chain(of_terms).collect()
+        (0..term.parameters.len()).filter(fitted).map(move |j| (k, j))
+    })
 }
 
-fn value(model: &mut Model, lane: Lane) -> &mut f64 {
-    match lane {
-        Lane::Plant(k) => &mut model.nominal[k],
-        Lane::Term(k, j) => &mut model.terms[k].parameters[j],
+/// What a coefficient of one is of a term.
+fn of_one(model: &Model, k: usize) -> f64 {
+    let [_, stiffness, gain] = model.nominal;
+    match model.terms[k].effect.part {
+        Part::Force => gain,
+        Part::SensorOffset if stiffness != 0.0 => gain / stiffness,
+        _ => 1.0,
     }
+}
+
+/// The coefficients of the drive in the columns of a model.
+fn coefficients(model: &Model) -> Vec<f64> {
+    let [damping, stiffness, gain] = model.nominal;
+    let mut all = vec![1.0 / gain, damping / gain];
+    all.extend(model.nominal_free[1].then_some(stiffness / gain));
+    all.extend(amounts_of(model).map(|(k, j)| model.terms[k].parameters[j] / of_one(model, k)));
+    all
 }
 
 impl Side for UnderFeedback<'_> {
     fn groups(&self) -> Vec<Group> {
         let model = &self.solved.model;
-        let lanes = lanes(model);
-        let plant = lanes.iter().enumerate().filter_map(|(lane, of)| {
-            let Lane::Plant(k) = *of else { return None };
-            Some(Group::of_lanes(PLANT[k][0], PLANT[k][1], [lane], Of::Plant(k)))
-        });
+        let inertia = Group::of_lanes(INERTIA, INERTIA_TITLE, [0], Of::Inertia);
+        let plant = (1..self.nominal())
+            .map(|k| Group::of_lanes(PLANT[k - 1][0], PLANT[k - 1][1], [k], Of::Plant(k - 1)));
         let effects = model.terms.iter().enumerate().map(|(k, term)| {
-            let lanes = self.lanes_of(k).into_iter().flatten();
-            Group::of_lanes(term.effect.id, term.effect.title, lanes, Of::Term(k))
+            Group::of_lanes(term.effect.id, term.effect.title, self.amounts_of(k), Of::Term(k))
         });
-        let per_inertia = |lane: &usize| match lanes[*lane] {
-            Lane::Plant(_) => true,
-            Lane::Term(k, j) => is_per_inertia(&model.terms[k], j),
+        // A stronger drive needs less of all that the mechanism does.
+        let mechanical = |k: &usize| model.terms[*k].effect.part == Part::Force;
+        let forces = (0..model.terms.len()).filter(mechanical).flat_map(|k| self.amounts_of(k));
+        let falls: Vec<(usize, f64)> =
+            (0..self.nominal()).chain(forces).map(|lane| (lane, -self.packed[lane])).collect();
+        let gain = Group {
+            id: PLANT[2][0].into(),
+            title: PLANT[2][1].into(),
+            directions: vec![falls],
+            of: Of::Plant(2),
         };
-        let inertia = Group::of_inertia(&self.packed, (0..lanes.len()).filter(per_inertia));
         let special_cases = Group::of_special_cases(&model.terms, |k| self.lanes_of(k)[0]);
-        plant.chain(effects).chain(special_cases).chain(inertia).collect()
+        plant.chain([gain]).chain(effects).chain(special_cases).chain([inertia]).collect()
     }
 
     fn packed(&self) -> Vec<f64> {
@@ -281,23 +437,55 @@ impl Side for UnderFeedback<'_> {
 
     fn readings(&self, of: Of, packed: &[f64]) -> Vec<(Parameter, Gradient, Sort)> {
         let model = self.with(packed);
+        let gain = model.nominal[2];
         match of {
             Of::Plant(k) => {
-                let lane = lanes(&model).iter().position(|lane| *lane == Lane::Plant(k));
                 let parameter = nominal(model.nominal, [0.0; 3], self.plant).swap_remove(k);
-                vec![(parameter, lane.map(|lane| (lane, 1.0)).into_iter().collect(), Sort::Amount)]
+                let gradient = match k {
+                    2 => vec![(0, -gain * gain)],
+                    _ => vec![(k + 1, gain), (0, -model.nominal[k] * gain)],
+                };
+                vec![(parameter, gradient, Sort::Amount)]
             }
             Of::Term(k) => {
+                let lanes = self.lanes_of(k);
                 let plain = |reading: &Reading, _: &Term| reading.gradient.clone();
-                readings(&model.terms[k], &self.lanes_of(k), plain, self.plant)
+                let all = readings(&model.terms[k], &lanes, plain, self.plant);
+                let by_coefficients = |(parameter, gradient, sort): (Parameter, Gradient, Sort)| {
+                    let of = |(lane, slope): (usize, f64)| {
+                        let term = &model.terms[k];
+                        match lanes.iter().position(|own| *own == Some(lane)) {
+                            Some(j) if !term.effect.parameters[j].shape => {
+                                Self::by_coefficients(&model, k, (lane, slope), term.parameters[j])
+                            }
+                            _ => vec![(lane, slope)],
+                        }
+                    };
+                    (parameter, gradient.into_iter().flat_map(of).collect(), sort)
+                };
+                all.into_iter().map(by_coefficients).collect()
             }
-            Of::Inertia => Vec::new(),
+            Of::Inertia | Of::Structure(_) => Vec::new(),
         }
+    }
+
+    fn ratio(&self, of: Of, then: &[f64], length: f64, error: f64) -> Option<(f64, f64)> {
+        matches!(of, Of::Inertia).then(|| (1.0 + length / then[0], error / then[0].abs()))
+    }
+
+    fn is_plausible(&self, of: Of, packed: &[f64]) -> bool {
+        let Of::Term(k) = of else { return true };
+        let term = &self.with(packed).terms[k];
+        (term.effect.plausible)(&term.parameters, &self.data.scale)
+    }
+
+    fn tells(&self, row: usize) -> bool {
+        self.motions.motion.tells[row]
     }
 
     fn amounts(&self, of: Of) -> Vec<usize> {
         let Of::Term(k) = of else { return Vec::new() };
-        self.lanes_of(k).into_iter().flatten().collect()
+        self.amounts_of(k).collect()
     }
 
     fn place(&self, group: &Group, p_value: f64) -> Option<Location> {

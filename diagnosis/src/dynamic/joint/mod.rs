@@ -7,6 +7,7 @@ pub mod equations;
 mod expansion;
 pub mod feedback;
 pub mod free_run;
+pub mod modes;
 mod second_order;
 
 use std::ops::Range;
@@ -19,6 +20,7 @@ use super::data::{ALL, Data, Folds, SCORE, UNSCORED};
 use super::interval::{Sort, around};
 use super::model::Term;
 use crate::calibrate::log_tail;
+use crate::thresholds::compare::PRESENT;
 use crate::verdict::{Location, Parameter};
 
 /// What may differ: a parameter of the plant, or an effect.
@@ -57,10 +59,9 @@ impl Group {
     /// Of a mechanism whose parameters are per inertia: these all fall as it grows. None where that is one parameter.
     fn of_inertia(packed: &[f64], per_inertia: impl IntoIterator<Item = usize>) -> Option<Group> {
         let falls: Direction = per_inertia.into_iter().map(|lane| (lane, -packed[lane])).collect();
-        let title = "the inertia of the mechanism".into();
         (falls.len() > 1).then(|| Group {
             id: INERTIA.into(),
-            title,
+            title: INERTIA_TITLE.into(),
             directions: vec![falls],
             of: Of::Inertia,
         })
@@ -69,6 +70,8 @@ impl Group {
 
 /// Id of the inertia.
 pub const INERTIA: &str = "inertia";
+/// Its name for a reader.
+pub const INERTIA_TITLE: &str = "the inertia of the mechanism";
 
 /// What a group is of.
 #[derive(Clone, Copy)]
@@ -79,6 +82,8 @@ pub enum Of {
     Term(usize),
     /// What all that is per inertia has in common.
     Inertia,
+    /// The part of this number of a structure of many modes.
+    Structure(usize),
 }
 
 /// By which packed parameters a reading changes, and how fast.
@@ -124,11 +129,32 @@ pub trait Side: Sized + Send + Sync {
     /// Runs and kinds of rows.
     fn data(&self) -> &Data<'_>;
 
+    /// The stretches of rows that score.
+    fn scored(&self) -> Vec<Range<usize>> {
+        scored(self.data())
+    }
+
     /// The reported parameters of a group at packed parameters, as yet without intervals.
     fn readings(&self, of: Of, packed: &[f64]) -> Vec<(Parameter, Gradient, Sort)>;
 
     /// The packed parameters that multiply a term; none of the plant.
     fn amounts(&self, of: Of) -> Vec<usize>;
+
+    /// What multiplies a group in the later recording, with its standard error, where the group differs by a length of its only
+    /// direction with an error, from packed parameters `then`; none of a group with parameters of its own.
+    fn ratio(&self, of: Of, _then: &[f64], length: f64, error: f64) -> Option<(f64, f64)> {
+        matches!(of, Of::Inertia).then(|| (1.0 / (1.0 - length), error / (1.0 - length).powi(2)))
+    }
+
+    /// Whether an effect with these packed parameters can be.
+    fn is_plausible(&self, _of: Of, _packed: &[f64]) -> bool {
+        true
+    }
+
+    /// Whether a row tells what a model is worth.
+    fn tells(&self, _row: usize) -> bool {
+        true
+    }
 
     /// Where a change of a group lives in the recording.
     fn place(&self, group: &Group, p_value: f64) -> Option<Location>;
@@ -331,6 +357,15 @@ impl<S: Side> Joint<S> {
         (-self.surprise(square.max(0.0), amounts.len())).exp()
     }
 
+    /// Whether a group that differs can be what it is called in every recording that shows it.
+    pub fn is_plausible(&self, group: usize) -> bool {
+        let solved = self.solve(&[group]);
+        (0..2).all(|recording| {
+            self.sides[recording].is_plausible(self.groups[group].of, &solved.point.packed[recording])
+                || self.absence(&solved, group, recording) > PRESENT
+        })
+    }
+
     /// A group's parameters in both recordings, with 95 % intervals.
     pub fn parameters(&self, solved: &Solved, group: usize) -> Vec<Both> {
         let of = self.groups[group].of;
@@ -339,12 +374,11 @@ impl<S: Side> Joint<S> {
         pairs.map(|((a, x, sort), (b, y, _))| solved.both([a, b], [&x, &y], sort)).collect()
     }
 
-    /// The inertia of the later recording over that of the earlier one, with its standard error; none of another group.
-    pub fn inertia(&self, solved: &Solved, group: usize) -> Option<(f64, f64)> {
-        let group = &self.groups[group];
-        let fallen = group.directions.first().filter(|_| matches!(group.of, Of::Inertia))?;
-        let (by, error) = solved.length(fallen)?;
-        Some((1.0 / (1.0 - by), error / (1.0 - by).powi(2)))
+    /// What multiplies a group in the later recording, with its standard error; none of a group with parameters of its own.
+    pub fn ratio(&self, solved: &Solved, group: usize) -> Option<(f64, f64)> {
+        let Group { directions, of, .. } = &self.groups[group];
+        let (length, error) = solved.length(directions.first()?)?;
+        self.sides[0].ratio(*of, &solved.point.packed[0], length, error)
     }
 
     /// Where a change of a group lives in the later recording.
@@ -354,8 +388,9 @@ impl<S: Side> Joint<S> {
 
     /// What a model of the later recording leaves of it.
     pub fn rms(&self, solved: &Solved) -> Option<f64> {
-        let left = self.sides[1].left(&solved.point.packed[1], ALL)?;
-        let rows = self.sides[1].data().runs.iter().flat_map(Clone::clone);
+        let side = &self.sides[1];
+        let left = side.left(&solved.point.packed[1], ALL)?;
+        let rows = side.data().runs.iter().flat_map(Clone::clone).filter(|row| side.tells(*row));
         Some(rms(&rows.map(|row| left[row]).collect::<Vec<f64>>()))
     }
 
@@ -368,8 +403,12 @@ impl<S: Side> Joint<S> {
             let left = [0, 1].map(|m| side.left(&models[m].point.packed[recording], UNSCORED));
             let [Some(a), Some(b)] = left else { return None };
             let scale = noise[1] / noise[recording];
-            let of = |left: &[f64], rows: &Range<usize>| scale * rms(&left[rows.clone()]);
-            scores.extend(scored(side.data()).iter().map(|rows| [of(&a, rows), of(&b, rows)]));
+            let of = |left: &[f64], rows: &[usize]| {
+                scale * rms(&rows.iter().map(|row| left[*row]).collect::<Vec<f64>>())
+            };
+            let stretches = side.scored().into_iter();
+            let told = stretches.map(|rows| rows.filter(|row| side.tells(*row)).collect::<Vec<usize>>());
+            scores.extend(told.filter(|rows| !rows.is_empty()).map(|rows| [of(&a, &rows), of(&b, &rows)]));
         }
         Some(scores)
     }

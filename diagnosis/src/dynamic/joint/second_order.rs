@@ -78,7 +78,7 @@ impl InCommon for Model {
                 vec![(parameter, vec![(lane, 1.0)], Sort::Amount)]
             }
             Of::Term(k) => readings(&self.terms[k], &self.packed_of(k), slopes, plant),
-            Of::Inertia => Vec::new(),
+            Of::Inertia | Of::Structure(_) => Vec::new(),
         }
     }
 

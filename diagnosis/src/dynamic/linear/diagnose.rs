@@ -116,7 +116,7 @@ impl Problem for Modes<'_> {
         let mut written = file::to_file(after, &plant.plant);
         let constant = constant.map(|found| found.and(stated.as_ref())).or(stated);
         written.effects.extend(constant.map(|o| o.effect()));
-        let identified = Identified::Modes;
+        let identified = Identified::Modes(Box::new(after.clone()));
         Ok(DynamicOutcome { diagnosis, plant: written, own, other, idle: None, identified })
     }
 }

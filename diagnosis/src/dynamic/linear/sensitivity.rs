@@ -26,7 +26,7 @@ pub struct Entry {
 
 /// Fits all parameters of `start` to the stretches; stays stable and never becomes worse.
 pub fn fit(start: &Looped, stretches: &[Stretch], limits: Limits) -> Looped {
-    let normal = |p: &[f64]| normal_equations(&start.with(p), stretches);
+    let normal = |p: &[f64]| normal_equations(&start.with(p), stretches, &[]);
     let cost = |p: &[f64]| cost(&start.with(p), stretches);
     start.with(&minimise(start.parameters(), normal, cost, limits))
 }
@@ -79,16 +79,27 @@ struct Trajectory {
     lead: usize,
 }
 
-pub(super) fn normal_equations(model: &Looped, stretches: &[Stretch]) -> Option<Normal> {
+/// The normal equations of what a model leaves of the stretches, weighted and, where an autoregression is given, whitened; none
+/// of an unstable model.
+pub fn normal_equations(model: &Looped, stretches: &[Stretch], whitening: &[f64]) -> Option<Normal> {
+    if !admissible(model) {
+        return None;
+    }
     let entries = entries(model);
     let mut sum = Normal::zeros(entries.len());
     for stretch in stretches {
-        add_stretch(model, stretch, &entries, &mut sum)?;
+        add_stretch(model, stretch, &entries, whitening, &mut sum)?;
     }
     Some(sum)
 }
 
-fn add_stretch(model: &Looped, stretch: &Stretch, entries: &[Vec<Entry>], sum: &mut Normal) -> Option<()> {
+fn add_stretch(
+    model: &Looped,
+    stretch: &Stretch,
+    entries: &[Vec<Entry>],
+    whitening: &[f64],
+    sum: &mut Normal,
+) -> Option<()> {
     let p = model.linear.outputs;
     let path = trajectory(model, stretch)?;
     let rows = path.y.len() / p - path.lead;
@@ -109,13 +120,15 @@ fn add_stretch(model: &Looped, stretch: &Stretch, entries: &[Vec<Entry>], sum: &
             columns: &mut columns,
             kept,
         });
+        columns.chunks_exact_mut(kept).for_each(|column| whiten(column, whitening, p));
         columns
     });
     let jacobian = columns.concat();
     let measured = &stretch.position[first * p..];
     let predicted = &path.y[(path.lead + first) * p..];
-    let residual: Vec<f64> =
+    let mut residual: Vec<f64> =
         predicted.iter().zip(measured).map(|(y, measured)| stretch.weight * (y - measured)).collect();
+    whiten(&mut residual, whitening, p);
     let whole = MatRef::from_column_major_slice(&jacobian, kept, size);
     let piece = kept.div_ceil(PIECES);
     let grams = parallel::indices(0..PIECES, |k| {
@@ -144,6 +157,16 @@ fn add_stretch(model: &Looped, stretch: &Stretch, entries: &[Vec<Entry>], sum: &
     }
     sum.cost += residual.iter().map(|r| r * r).sum::<f64>();
     Some(())
+}
+
+/// What an autoregression does not expect of a column of rows of so many outputs, in place.
+fn whiten(column: &mut [f64], coefficients: &[f64], outputs: usize) {
+    for at in (0..column.len()).rev() {
+        let expected = |(lag, a): (usize, &f64)| {
+            at.checked_sub((lag + 1) * outputs).map_or(0.0, |before| a * column[before])
+        };
+        column[at] -= coefficients.iter().enumerate().map(expected).sum::<f64>();
+    }
 }
 
 /// Runs the model and keeps what the sensitivities need. A periodic stretch is led in by a quarter of it.
@@ -309,7 +332,7 @@ fn gather(start: Lane, factors: &[f64], values: &[Lane]) -> Lane {
 /// stretches do not determine it.
 pub fn exponent_error(model: &Looped, stretches: &[Stretch]) -> f64 {
     use faer::linalg::solvers::Solve;
-    let Some(equations) = normal_equations(model, stretches) else { return f64::INFINITY };
+    let Some(equations) = normal_equations(model, stretches, &[]) else { return f64::INFINITY };
     let size = equations.gradient.len();
     let rows: usize = stretches.iter().map(|s| s.position.len()).sum();
     let scale: Vec<f64> = (0..size).map(|i| 1.0 / equations.gram[(i, i)].sqrt().max(1e-300)).collect();

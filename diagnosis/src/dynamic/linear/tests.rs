@@ -9,6 +9,9 @@ use super::modal::{Block, Modal};
 use super::operator::Operator;
 use super::plan::Plan;
 use super::{file, nominal, sensitivity};
+use crate::compare::Change;
+use crate::compare::motion::compare;
+use crate::dynamic::spectrum::Complex;
 use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose};
 use crate::verdict::Verdict;
 
@@ -48,7 +51,12 @@ impl Numbers {
 
 /// Four runs of two periods at each amplitude, random-phase multisines up to 200 Hz, white noise.
 fn record(model: &Looped, amplitudes: &[f64], noise: f64) -> DynamicRecording {
-    let mut numbers = Numbers(7);
+    record_by(7, model, amplitudes, noise)
+}
+
+/// The same by another seed.
+fn record_by(seed: u64, model: &Looped, amplitudes: &[f64], noise: f64) -> DynamicRecording {
+    let mut numbers = Numbers(seed);
     let (mut drives, mut positions) = (vec![vec![]; 2], vec![vec![]; 2]);
     let (mut runs, mut period, mut amplitude): (Vec<Range<usize>>, Vec<i64>, Vec<f64>) = Default::default();
     for &size in amplitudes {
@@ -140,6 +148,50 @@ fn hysteretic(strength: f64) -> Looped {
     }
 }
 
+/// What is said to have changed between recordings of two structures.
+fn changed(then: &Looped, now: &Looped, amplitudes: &[f64]) -> Vec<Change> {
+    let [then, now] = [record_by(7, then, amplitudes, 0.01), record_by(11, now, amplitudes, 0.01)];
+    let (plant, options) = (plant(), Options::default());
+    let case = Case {
+        recording: &then,
+        plant: &plant,
+        plant_file: "plant.toml",
+        simulated: None,
+        held_out: None,
+        options: &options,
+    };
+    compare(&case, &now).unwrap().changes
+}
+
+#[test]
+fn of_two_recordings_what_moved_is_named_alone() {
+    let then = Looped::plain(structure());
+    assert!(changed(&then, &then, &[1.0]).is_empty());
+    // 40 Hz become 40.1.
+    let mut stiffer = then.clone();
+    let [re, im] = stiffer.linear.blocks[0].parameters;
+    let pole = (Complex::new(re, im).ln() * (40.1 / 40.0)).exp();
+    stiffer.linear.blocks[0].parameters = [pole.re, pole.im];
+    let [ref moved] = changed(&then, &stiffer, &[1.0])[..] else { panic!("one change") };
+    let difference = moved.parameters[0].difference.unwrap();
+    assert_eq!((moved.id.as_str(), moved.parameters[0].unit.as_str()), ("resonance_1", "Hz"));
+    assert!((difference.ci95[0]..difference.ci95[1]).contains(&0.1), "{difference:?}");
+    assert!(moved.held_out.as_ref().is_some_and(|held_out| held_out.gain.value > 0.0));
+    // The second drive is a fiftieth weaker.
+    let mut weaker = then.clone();
+    weaker.linear.b.iter_mut().skip(1).step_by(2).for_each(|b| *b *= 0.98);
+    let [ref moved] = changed(&then, &weaker, &[1.0])[..] else { panic!("one change") };
+    let ratio = moved.parameters[0].difference.unwrap();
+    assert_eq!(moved.id, "gain_2");
+    assert!((ratio.ci95[0]..ratio.ci95[1]).contains(&0.98), "{ratio:?}");
+}
+
+#[test]
+fn of_two_recordings_a_hysteresis_that_grew_is_named() {
+    let all = changed(&hysteretic(0.2), &hysteretic(0.3), &[0.1, 0.4, 1.0]);
+    assert_eq!(all[0].id, file::ID, "{:?}", all.iter().map(|change| &change.id).collect::<Vec<_>>());
+}
+
 #[test]
 fn order_and_response_of_a_known_structure_are_found() {
     let truth = structure();
@@ -194,7 +246,7 @@ fn the_gradient_is_that_of_the_cost() {
         let drive: Vec<f64> = (0..800).map(|_| 0.3 * numbers.normal()).collect();
         let position: Vec<f64> = (0..800).map(|_| 0.1 * numbers.normal()).collect();
         let stretch = [Stretch { drive, position, periodic: false, skip: 0, weight: 1.0 }];
-        let equations = sensitivity::normal_equations(&model, &stretch).unwrap();
+        let equations = sensitivity::normal_equations(&model, &stretch, &[]).unwrap();
         let at = model.parameters();
         for k in 0..at.len() {
             let cost = |step: f64| {
