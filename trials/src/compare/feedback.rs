@@ -1,12 +1,13 @@
 //! Pairs of recordings of a linear drive in its position loop, along the same or another motion. Half of the drives are as
-//! the nominal plant says, but for their friction and lag; the others have a ripple that no effect explains.
+//! the nominal plant says, but for their friction and lag; the others have a ripple that no effect explains. Half of them rest
+//! where they arrive.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
-use twin::dynamic::drive_loop::{Actuator, Carriage, RATE_HZ, run};
+use twin::dynamic::drive_loop::{Actuator, Carriage, Load, RATE_HZ, run};
 
 use super::{Kind, Pair};
 
@@ -21,11 +22,13 @@ const MOVED: [(&str, [f64; 2]); 4] = [
     ("drive_offset", [0.5, 1.0]),
 ];
 /// What comes.
-const CAME: [&str; 3] = ["stiffness", "cogging", "stribeck_friction"];
+const CAME: [&str; 5] = ["stiffness", "cogging", "stribeck_friction", "backlash", "local_friction"];
+/// Longest rest at a target, in seconds.
+const LONGEST_REST_S: f64 = 0.6;
 
 /// Draws a pair. Every other pair follows the same motion twice. Whether a recording can tell what changed is not asked.
 pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Pair {
-    let then = Carriage {
+    let mut then = Carriage {
         mass_kg: generator.random_range(0.7..1.5),
         viscous: generator.random_range(1.0..4.0),
         dry_n: generator.random_range(0.2..0.8),
@@ -34,6 +37,10 @@ pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Pa
         spring_n_per_m: 0.0,
         cogging_n: 0.0,
         period_m: 0.025,
+        worn_n: 0.0,
+        worn_at_m: generator.random_range(-0.03..0.03),
+        worn_width_m: generator.random_range(0.002..0.006),
+        load: None,
     };
     let mut actuator = Actuator {
         lag_s: 10f64.powf(generator.random_range(-3.7..-2.7)),
@@ -48,9 +55,18 @@ pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Pa
         let size = 10f64.powf(generator.random_range(-2.0..-1.4));
         actuator.ripple_n = [0.0; 3].map(|_| size * generator.random_range(-2.0..2.0));
     }
-    let (id, now) = changed(kind, number, stronger, &then);
-    let first = motion(generator);
-    let second = if number.is_multiple_of(2) { motion(generator) } else { first.clone() };
+    let (id, mut now) = changed(kind, number, stronger, &then);
+    if let Some(load) = now.load {
+        // It is there before, without a play; some of the friction and half of the mass are its own.
+        then.load = Some(Load { play_m: 0.0, ..load });
+        for carriage in [&mut then, &mut now] {
+            carriage.mass_kg -= load.mass_kg;
+            carriage.dry_n -= load.dry_n;
+        }
+    }
+    let rests = generator.random();
+    let first = motion(rests, generator);
+    let second = if number.is_multiple_of(2) { motion(rests, generator) } else { first.clone() };
     let mut record = |carriage: &Carriage, command_m: &[f64]| {
         let mut text = String::from("t_s,drive,position,command\n");
         for (row, sample) in run(carriage, &actuator, command_m, generator).iter().enumerate() {
@@ -96,6 +112,11 @@ fn changed(kind: Kind, number: usize, stronger: f64, then: &Carriage) -> (Option
             match id {
                 "stiffness" => now.spring_n_per_m = 3.0 + 2.0 * stronger,
                 "cogging" => now.cogging_n = 0.1 + 0.1 * stronger,
+                "backlash" => {
+                    let play_m = 1e-4 + 3e-4 * stronger;
+                    now.load = Some(Load { mass_kg: 0.5 * then.mass_kg, dry_n: 0.6 * then.dry_n, play_m });
+                }
+                "local_friction" => now.worn_n = (0.4 + 0.4 * stronger) * then.dry_n,
                 _ => now.low_speed_n = 0.2 + 0.2 * stronger,
             }
             (Some(id), now)
@@ -103,8 +124,9 @@ fn changed(kind: Kind, number: usize, stronger: f64, then: &Carriage) -> (Option
     }
 }
 
-/// Commanded positions: three slow sines, or, twice as often, trapezoids of the speed between random targets.
-fn motion(generator: &mut ChaCha12Rng) -> Vec<f64> {
+/// Commanded positions: three slow sines, or, twice as often, trapezoids of the speed between random targets, with or without
+/// `rests` there.
+fn motion(rests: bool, generator: &mut ChaCha12Rng) -> Vec<f64> {
     let sample_s = 1.0 / RATE_HZ;
     let size = 0.08 * generator.random_range(0.6..1.2);
     if generator.random_range(0..3) == 0 {
@@ -116,10 +138,17 @@ fn motion(generator: &mut ChaCha12Rng) -> Vec<f64> {
     let fastest: f64 = 0.25 * generator.random_range(0.6..1.2);
     let acceleration = 2.0 * generator.random_range(0.6..1.3);
     let step = acceleration * sample_s;
-    let (mut position, mut speed, mut target) = (0.0f64, 0.0f64, 0.0f64);
+    let (mut position, mut speed, mut target, mut rest_s) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
     let next = |_| {
+        if rest_s > 0.0 {
+            rest_s -= sample_s;
+            return position;
+        }
         if (target - position).abs() < 1e-4 && speed.abs() < 2.0 * step {
             target = size * generator.random_range(-1.0..1.0);
+            if rests {
+                (speed, rest_s) = (0.0, generator.random_range(0.0..LONGEST_REST_S));
+            }
         }
         let left = target - position;
         let wanted = left.signum() * fastest.min((2.0 * acceleration * left.abs()).sqrt());

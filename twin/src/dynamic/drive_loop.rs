@@ -2,7 +2,8 @@
 //! forces in newtons.
 //!
 //! It calls nothing of [`motion`], by which drives are diagnosed: friction passes through rest smoothly, falls off
-//! exponentially at low speed, and a ripple of the force is no effect of the catalogue.
+//! exponentially at low speed, a play lies between two masses that meet in it, and a ripple of the force is no effect of the
+//! catalogue.
 
 use std::f64::consts::TAU;
 
@@ -18,6 +19,8 @@ const STEPS: usize = 10;
 const CREEP_M_PER_S: f64 = 1e-3;
 /// Speed in m/s over which friction falls from its value at rest.
 const STRIBECK_M_PER_S: f64 = 0.03;
+/// Stiffness in N/m and damping in N s/m where a load and what drives it touch.
+const CONTACT: [f64; 2] = [5e5, 300.0];
 /// Gains of the controller: in N/m of the position's error, in N s/m of the estimated speed.
 const GAINS: [f64; 2] = [4000.0, 80.0];
 /// Part of each new difference that the controller's estimate of the speed takes.
@@ -42,6 +45,25 @@ pub struct Carriage {
     pub cogging_n: f64,
     /// Its period in m.
     pub period_m: f64,
+    /// Further dry friction in N about one place, where it is, and how wide, in m.
+    pub worn_n: f64,
+    #[allow(missing_docs)]
+    pub worn_at_m: f64,
+    #[allow(missing_docs)]
+    pub worn_width_m: f64,
+    /// A load that is driven through a play.
+    pub load: Option<Load>,
+}
+
+/// What is driven through a screw or a coupling, beside the carriage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// Mass in kg.
+    pub mass_kg: f64,
+    /// Dry friction in N.
+    pub dry_n: f64,
+    /// Play between it and the carriage in m.
+    pub play_m: f64,
 }
 
 /// What drives and measures it.
@@ -84,6 +106,7 @@ pub fn run(
     let step_s = sample_s / STEPS as f64;
     let [proportional, derivative] = GAINS.map(|gain| gain * actuator.gain);
     let (mut position, mut speed, mut force) = (0.0, 0.0, 0.0);
+    let (mut load_position, mut load_speed) = (0.0, 0.0);
     let (mut before, mut estimate) = (0.0, 0.0);
     let one = |&command_m: &f64| {
         let position_m = position + actuator.noise_m * generator.sample::<f64, _>(StandardNormal);
@@ -92,7 +115,13 @@ pub fn run(
         let drive_n = proportional * (command_m - position_m) - derivative * estimate;
         for _ in 0..STEPS {
             force += step_s / actuator.lag_s * (drive_n - force);
-            let against = carriage.resistance_n(position, speed) + actuator.ripple_n(position, speed);
+            let mut against = carriage.resistance_n(position, speed) + actuator.ripple_n(position, speed);
+            if let Some(load) = &carriage.load {
+                let contact = load.contact_n(position - load_position, speed - load_speed);
+                load_speed += step_s * (contact - load.dry_n * sign(load_speed)) / load.mass_kg;
+                load_position += step_s * load_speed;
+                against += contact;
+            }
             speed += step_s * (force - against) / carriage.mass_kg;
             position += step_s * speed;
         }
@@ -108,12 +137,25 @@ fn sign(speed: f64) -> f64 {
 
 impl Carriage {
     fn resistance_n(&self, position: f64, speed: f64) -> f64 {
-        let dry = self.dry_n + self.low_speed_n * (-speed.abs() / STRIBECK_M_PER_S).exp();
+        let from_worn = (position - self.worn_at_m) / self.worn_width_m;
+        let dry = self.dry_n
+            + self.low_speed_n * (-speed.abs() / STRIBECK_M_PER_S).exp()
+            + self.worn_n / (1.0 + from_worn.powi(4));
         dry * sign(speed)
             + self.viscous * speed
             + self.offset_n
             + self.spring_n_per_m * position
             + self.cogging_n * (TAU * position / self.period_m).sin()
+    }
+}
+
+impl Load {
+    /// The force that carries it along where it is so far behind, and falls behind so fast.
+    fn contact_n(&self, behind: f64, falls: f64) -> f64 {
+        let pressed = behind - behind.clamp(-0.5 * self.play_m, 0.5 * self.play_m);
+        let force = CONTACT[0] * pressed + CONTACT[1] * falls;
+        // Surfaces push, and do not pull, unless there is no play.
+        if self.play_m == 0.0 || force * pressed > 0.0 { force } else { 0.0 }
     }
 }
 
@@ -143,6 +185,10 @@ mod tests {
             spring_n_per_m: 0.0,
             cogging_n: 0.0,
             period_m: 0.025,
+            worn_n: 0.3,
+            worn_at_m: 0.1,
+            worn_width_m: 0.005,
+            load: Some(Load { mass_kg: 1.0, dry_n: 0.4, play_m: 1e-4 }),
         };
         let actuator = Actuator {
             lag_s: 1e-3,
@@ -156,6 +202,6 @@ mod tests {
         let run = run(&carriage, &actuator, &ramp, &mut ChaCha12Rng::seed_from_u64(1));
         let last = run.last().unwrap();
         let low_speed = 0.2 * (-0.2f64 / STRIBECK_M_PER_S).exp();
-        assert!((last.drive_n - (0.5 + low_speed + 2.0 * 0.2 + 0.1)).abs() < 1e-3, "{last:?}");
+        assert!((last.drive_n - (0.5 + low_speed + 2.0 * 0.2 + 0.1 + 0.4)).abs() < 1e-3, "{last:?}");
     }
 }
