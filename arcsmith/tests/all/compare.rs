@@ -4,7 +4,10 @@ use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::SeedableRng;
 use serde_json::Value;
+use twin::dynamic::drive_loop::{self, Actuator, Carriage, Load};
 
 fn arcsmith(folder: &Path, line: &str) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_arcsmith"));
@@ -345,6 +348,62 @@ fn under_feedback_a_load_that_came_is_one_change() {
     let ratio = &loaded["changes"][0]["parameters"][0]["difference"]["ci95"];
     let end = |k: usize| ratio[k].as_f64().unwrap();
     assert!(end(0) < 1.2 && 1.2 < end(1), "{ratio}");
+}
+
+/// A drive and its load, to and fro with rests, 10 s at 1 kHz.
+fn to_and_fro(seed: u64, carriage: &Carriage) -> String {
+    let actuator = Actuator {
+        lag_s: 5e-4,
+        noise_m: 1e-6,
+        gain: 1.0,
+        ripple_n: [0.0; 3],
+        phases_rad: [0.0; 3],
+        ripple_m: 0.1,
+    };
+    // A second's move, smooth at both ends, and a rest.
+    let way = |part: f64| 0.08 * (part - (std::f64::consts::TAU * part).sin() / std::f64::consts::TAU);
+    let command = |k: usize| match (k / 1250 % 2, (k % 1250) as f64 / 1000.0) {
+        (0, part) => way(part.min(1.0)),
+        (_, part) => 0.08 - way(part.min(1.0)),
+    };
+    let command: Vec<f64> = (0..10_000).map(command).collect();
+    let mut generator = ChaCha12Rng::seed_from_u64(seed);
+    let rows = drive_loop::run(carriage, &actuator, &command, &mut generator);
+    let line = |(k, row): (usize, &drive_loop::Sample)| {
+        format!("{:.3},{:.6},{:.9},{:.9}\n", k as f64 * 1e-3, row.drive_n, row.position_m, row.command_m)
+    };
+    let rows: String = rows.iter().enumerate().map(line).collect();
+    format!("t_s,drive,position,command\n{rows}")
+}
+
+#[test]
+fn under_feedback_a_play_and_a_worn_place_are_named_and_rests_are_no_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let load = Load { mass_kg: 0.5, dry_n: 0.3, play_m: 0.0 };
+    let healthy = Carriage {
+        mass_kg: 0.5,
+        viscous: 2.0,
+        dry_n: 0.2,
+        low_speed_n: 0.0,
+        offset_n: 0.1,
+        spring_n_per_m: 0.0,
+        cogging_n: 0.0,
+        period_m: 0.025,
+        worn_n: 0.0,
+        worn_at_m: 0.03,
+        worn_width_m: 0.004,
+        load: Some(load),
+    };
+    let then = to_and_fro(1, &healthy);
+    let changes = |now: &Carriage| changes(folder.path(), DRIVE, &then, &to_and_fro(2, now));
+    let (ids, same) = changes(&healthy);
+    assert!(ids.is_empty(), "{same}");
+    let (ids, loose) = changes(&Carriage { load: Some(Load { play_m: 3e-4, ..load }), ..healthy });
+    assert_eq!(ids.first().map(String::as_str), Some("backlash"), "{loose}");
+    let (ids, worn) = changes(&Carriage { worn_n: 0.3, ..healthy });
+    assert_eq!(ids, ["local_friction"], "{worn}");
+    let centre = &worn["changes"][0]["parameters"][1];
+    assert!((centre["now"]["value"].as_f64().unwrap() - 0.03).abs() < 5e-4, "{centre}");
 }
 
 /// A real drive: its first half against its second, and with a tenth more friction concealed in the second.

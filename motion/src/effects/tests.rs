@@ -66,7 +66,7 @@ fn all_of_the_table_act_together() {
         .filter(|s| s.catalogued())
         .map(|s| PlantEffect::new(s.id, &(s.draw)(0.02, &typical, &mut device(4))))
         .collect();
-    assert_eq!(effects.len(), 17);
+    assert_eq!(effects.len(), 19);
     let position = model.with(effects).unwrap().simulate(&drives, 5e-4, REST).unwrap();
     assert!(position.iter().all(|x| x.is_finite()));
 }

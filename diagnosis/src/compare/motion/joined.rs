@@ -115,7 +115,10 @@ impl Pair<'_> {
                 let gains: Vec<f64> = scores.iter().map(|[same, changed]| same - changed).collect();
                 HeldOut { same: of(0), changed: of(1), gain: gain(&gains) }
             });
-            if chosen[k].held_out.as_ref().is_some_and(|held_out| held_out.gain.value <= 0.0) {
+            let explains = |shown: &HeldOut| 1.0 - (shown.changed / shown.same).powi(2);
+            let too_little =
+                |shown: &HeldOut| shown.gain.value <= 0.0 || explains(shown) < joint.least_part();
+            if chosen[k].held_out.as_ref().is_some_and(too_little) {
                 let id = self.names.for_both(&joint.groups[chosen.remove(k).group].id);
                 notes.push(format!("{id}: a difference is not shown on held-out rows, and is withdrawn"));
                 k = 0;

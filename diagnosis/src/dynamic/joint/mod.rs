@@ -7,6 +7,7 @@ pub mod equations;
 mod expansion;
 pub mod feedback;
 pub mod free_run;
+mod linear;
 pub mod modes;
 mod second_order;
 
@@ -149,6 +150,11 @@ pub trait Side: Sized + Send + Sync {
     /// Whether an effect with these packed parameters can be.
     fn is_plausible(&self, _of: Of, _packed: &[f64]) -> bool {
         true
+    }
+
+    /// Part of the square of what is left of held-out rows that a difference must explain.
+    fn least_part(&self) -> f64 {
+        0.0
     }
 
     /// Whether a row tells what a model is worth.
@@ -364,6 +370,11 @@ impl<S: Side> Joint<S> {
             self.sides[recording].is_plausible(self.groups[group].of, &solved.point.packed[recording])
                 || self.absence(&solved, group, recording) > PRESENT
         })
+    }
+
+    /// Part of the square of what is left of held-out rows that a difference must explain.
+    pub fn least_part(&self) -> f64 {
+        self.sides[1].least_part()
     }
 
     /// A group's parameters in both recordings, with 95 % intervals.
