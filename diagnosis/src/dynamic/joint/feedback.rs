@@ -10,7 +10,7 @@ use fitter::plant::Plant;
 use numerics::parallel;
 
 use super::expansion::Expansion;
-use super::linear::{self, Linear, coefficients, of_one, owners, polished};
+use super::linear::{self, Linear, coefficients, is_shape, of_one, owners, polished};
 use super::second_order::readings;
 use super::{Gradient, Group, INERTIA, INERTIA_TITLE, Joint, Of, Side};
 use crate::dynamic::candidates::Candidates;
@@ -199,8 +199,9 @@ impl<'a> UnderFeedback<'a> {
 
     /// The packed parameters that multiply a term.
     fn amounts_of(&self, k: usize) -> impl Iterator<Item = usize> {
-        let of = self.solved.model.terms[k].effect.parameters;
-        self.lanes_of(k).into_iter().zip(of).filter(|(_, of)| !of.shape).filter_map(|(lane, _)| lane)
+        let effect = self.solved.model.terms[k].effect;
+        let lanes = self.lanes_of(k).into_iter().enumerate();
+        lanes.filter(|(j, _)| !is_shape(effect, *j)).filter_map(|(_, lane)| lane)
     }
 
     /// How fast what is `slope` times an amount of a term, at `lane`, changes with the coefficients.
@@ -303,7 +304,7 @@ impl Side for UnderFeedback<'_> {
                     let of = |(lane, slope): (usize, f64)| {
                         let term = &model.terms[k];
                         match lanes.iter().position(|own| *own == Some(lane)) {
-                            Some(j) if !term.effect.parameters[j].shape => {
+                            Some(j) if !is_shape(term.effect, j) => {
                                 Self::by_coefficients(&model, k, (lane, slope), term.parameters[j])
                             }
                             _ => vec![(lane, slope)],

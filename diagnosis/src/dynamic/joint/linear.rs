@@ -1,7 +1,7 @@
 //! An inverse model in packed parameters: coefficients of the drive in the columns of the mechanism and its effects, then shapes
 //! of the effects, in which it is linear near by.
 
-use crate::dynamic::effects::Part;
+use crate::dynamic::effects::{DynamicEffect, Part};
 use crate::dynamic::feedback::inverse::{
     Column, Solved, effect_columns, model_columns, normal_equations, solve,
 };
@@ -105,10 +105,14 @@ fn by_shape(model: &Model, (k, j): (usize, usize), motion: &Motion) -> Vec<f64> 
 fn shapes_of(model: &Model) -> impl Iterator<Item = (usize, usize)> + '_ {
     model.terms.iter().enumerate().flat_map(|(k, term)| {
         let effect = term.effect;
-        let forgets = effect.part == Part::Force && effect.states == 0;
-        let fitted = move |j: &usize| forgets && effect.parameters[*j].shape && *j < effect.kept;
+        let fitted = move |j: &usize| effect.states == 0 && is_shape(effect, *j) && *j < effect.kept;
         (0..term.parameters.len()).filter(fitted).map(move |j| (k, j))
     })
+}
+
+/// Whether a parameter of an effect is a shape: a lag, sought as one elsewhere, multiplies a column here.
+pub fn is_shape(effect: &DynamicEffect, parameter: usize) -> bool {
+    effect.part == Part::Force && effect.parameters[parameter].shape
 }
 
 /// Which packed parameters behind those of the mechanism are of which term which parameter: first the amounts, in the order of
@@ -160,7 +164,7 @@ pub fn with(model: &Model, packed: &[f64]) -> Model {
         let term = &mut model.terms[k];
         let own = term.parameters[j];
         term.parameters[j] = match term.effect.parameters[j] {
-            of if !of.shape => packed[lane] * of_one,
+            _ if !is_shape(term.effect, j) => packed[lane] * of_one,
             of if of.place => packed[lane],
             // What both recordings prefer to first order may lead too far.
             _ => packed[lane].clamp(own / FAR, own * FAR),
