@@ -93,10 +93,9 @@ pub mod compare {
         pub const PATIENCE: usize = 25;
         /// Promised fall of −2 log likelihood below which it is at its end: nothing beside the differences that are tested.
         pub const ENOUGH: f64 = 0.01;
-        /// Steps in which a structure's model is fitted to the other recording, and the part by which a step must reduce what is
-        /// left. By judgement.
+        /// Steps in which a structure's model is fitted to the other recording. By judgement.
         pub const STEPS: usize = 20;
-        #[allow(missing_docs)]
+        /// Part by which such a step must reduce what is left. By judgement.
         pub const DECREASE: f64 = 1e-4;
         /// Step of a difference quotient by a shape under feedback, as a part of it or of the width of a place. By judgement.
         pub const SHAPE_STEP: f64 = 0.05;
@@ -284,20 +283,23 @@ pub mod dynamic {
         /// Most states that an effect adds to position and velocity.
         pub const MOST_STATES: usize = 2;
 
-        /// See [`crate::dynamic::effects`], friction at a place and beyond a play.
+        /// See [`crate::dynamic::effects`], dry friction.
         pub mod friction {
+            /// Exponent of Armstrong-Hélouvry's law of Stribeck's friction, the usual one.
+            pub const GAUSSIAN: f64 = 2.0;
+            /// That of Tustin's.
+            pub const EXPONENTIAL: f64 = 1.0;
             /// Places along the stroke at which a search starts: half a width of the narrower ones apart.
             pub const PLACES: usize = 40;
             /// Widths at which it starts, as parts of half the stroke.
             pub const WIDTHS: [f64; 2] = [0.05, 0.15];
-            /// Narrowest and widest place, likewise. By judgement: a wider one is friction that depends on the position, and a
-            /// narrower one is met in few rows.
+            /// Narrowest place, likewise. By judgement: a narrower one is met in few rows.
             pub const NARROWEST: f64 = 0.01;
-            #[allow(missing_docs)]
+            /// Widest place, likewise. By judgement: a wider one is friction that depends on the position.
             pub const WIDEST: f64 = 0.4;
-            /// Plays at which a search starts, and the widest, likewise. By judgement: beyond it the load does not move.
+            /// Plays at which a search starts, likewise.
             pub const PLAYS: [f64; 8] = [5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 0.016, 0.032, 0.064];
-            #[allow(missing_docs)]
+            /// Widest play, likewise. By judgement: beyond it the load hardly moves.
             pub const WIDEST_PLAY: f64 = 0.2;
         }
         /// Creep that is none, as a part of the recorded speed.

@@ -49,7 +49,7 @@ pub const LOCAL: Specification = Specification {
     title: "dry friction at one place",
     depends_on: &["position", "velocity"],
     parameters: &[
-        Parameter::needed("force_per_inertia", "position unit/s²", ANY),
+        Parameter::needed("force_per_inertia", "position unit/s²", NOT_NEGATIVE),
         Parameter::needed("centre", "position unit", ANY),
         Parameter::needed("width", "position unit", POSITIVE),
     ],
@@ -73,7 +73,7 @@ pub const BACKLASH: Specification = Specification {
     title: "friction beyond a play",
     depends_on: &["history", "velocity"],
     parameters: &[
-        Parameter::needed("friction_beyond", "position unit/s²", ANY),
+        Parameter::needed("friction_beyond", "position unit/s²", NOT_NEGATIVE),
         Parameter::needed("play", "position unit", POSITIVE),
     ],
     build: |values, _| {
@@ -82,7 +82,7 @@ pub const BACKLASH: Specification = Specification {
     },
     draw: |strength, typical, generator| {
         vec![
-            ("friction_beyond", -strength * typical.acceleration()),
+            ("friction_beyond", strength * typical.acceleration()),
             ("play", typical.position * uniform(generator, 0.5, 1.0)),
         ]
     },

@@ -45,11 +45,11 @@ pub struct Carriage {
     pub cogging_n: f64,
     /// Its period in m.
     pub period_m: f64,
-    /// Further dry friction in N about one place, where it is, and how wide, in m.
+    /// Further dry friction in N at one place.
     pub worn_n: f64,
-    #[allow(missing_docs)]
+    /// Where that place is, in m.
     pub worn_at_m: f64,
-    #[allow(missing_docs)]
+    /// Half of its width in m.
     pub worn_width_m: f64,
     /// A load that is driven through a play.
     pub load: Option<Load>,

@@ -1,17 +1,15 @@
-//! Two recordings of which no model of both can be fitted. The parameters that both determine are held
-//! against each other by their intervals; an effect that one recording alone has came or went.
-
-use std::collections::BTreeSet;
+//! Two recordings of which no model of both can be fitted. The parameters that both determine are held against each other by
+//! their intervals. An effect that one recording alone has is not judged: the other may only show it less.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::FALSE_ALARMS;
 use crate::thresholds::dynamic::feedback::errors::PARTS;
-use crate::verdict::{NamedEffect, Parameter};
+use crate::verdict::Parameter;
 
 use super::super::choose::visible;
-use super::super::{Change, Comparison, Estimate, Kind, Quantity, Visible};
+use super::super::{Change, Comparison, Kind, Visible};
 use super::{Pair, quantity};
 
 /// A parameter that both recordings determine.
@@ -69,22 +67,11 @@ impl Pair<'_> {
         both
     }
 
-    /// The effects that one recording alone has.
-    fn alone(&self, recording: usize) -> Vec<&NamedEffect> {
-        let sides = self.sides();
-        let other: BTreeSet<&str> = sides[1 - recording].effects.iter().map(|e| e.id.as_str()).collect();
-        sides[recording].effects.iter().filter(|e| !other.contains(e.id.as_str())).collect()
-    }
-
     /// What changed, by the intervals of both.
     pub(super) fn apart(&self) -> Comparison {
         let both = self.both();
-        let tests = (both.len() + self.alone(0).len() + self.alone(1).len()).max(1);
-        let [then, now] = self.sides();
-        // The later recording by the earlier one's model, and by its own.
-        let own = now.fit.after.train_rms;
-        let of_now = then.fit.held_out_by == now.recording;
-        let left = [then.fit.after.held_out_rms.filter(|_| of_now).unwrap_or(own), own];
+        let tests = both.len().max(1);
+        let own = self.sides()[1].fit.after.train_rms;
         let mut changes: Vec<Change> = Vec::new();
         let ids: Vec<&str> = both.iter().fold(Vec::new(), |mut ids, one| {
             if !ids.contains(&one.id) {
@@ -110,38 +97,12 @@ impl Pair<'_> {
                 });
             }
         }
-        for (recording, kind) in [(1, Kind::Came), (0, Kind::Went)] {
-            // What came or went must show where the earlier model meets the later recording.
-            let found = self.alone(recording).into_iter();
-            let found = found.filter(|e| own < left[0] && tests as f64 * e.p_value <= FALSE_ALARMS);
-            changes.extend(found.map(|e| self.one_sided(e, recording, kind, tests)));
-        }
         changes.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let smallest = |one: &Both| Visible {
             id: one.id.into(),
             rms: None,
             parameter: Some((one.then.name.clone(), visible(1, tests) * one.error())),
         };
-        Comparison { would_have_seen: both.iter().map(smallest).collect(), ..self.of(changes, left) }
-    }
-
-    fn one_sided(&self, e: &NamedEffect, recording: usize, kind: Kind, tests: usize) -> Change {
-        let of = |p: &Parameter| {
-            let estimate = Some(Estimate { value: p.value, ci95: p.ci95 });
-            let (then, now) = if recording == 0 { (estimate, None) } else { (None, estimate) };
-            Quantity { name: p.name.clone(), unit: p.unit.clone(), then, now, difference: None }
-        };
-        let p_value = (tests as f64 * e.p_value).min(1.0);
-        Change {
-            id: e.id.clone(),
-            title: e.title.clone(),
-            kind,
-            place: self.place(&e.id, p_value),
-            p_value,
-            rms: None,
-            parameters: e.parameters.iter().map(of).collect(),
-            alternatives: e.alternatives.clone(),
-            held_out: None,
-        }
+        Comparison { would_have_seen: both.iter().map(smallest).collect(), ..self.of(changes, [own; 2]) }
     }
 }

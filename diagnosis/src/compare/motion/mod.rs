@@ -6,7 +6,7 @@ mod best_name;
 mod form_names;
 mod joined;
 
-use fitter::plant::{Kind, Plant};
+use fitter::plant::Plant;
 use numerics::{centred, parallel, rms};
 
 use crate::Verdict;
@@ -39,12 +39,9 @@ pub fn compare(case: &Case, now: &DynamicRecording) -> Result<Comparison, Diagno
     let cutoff_hz = plant.feedback.as_ref().map(|_| feedback::cutoff(then).min(feedback::cutoff(now)));
     let same_motion = same_motion([then, now]);
     let options = Options { cutoff_hz, same_motion, ..case.options.clone() };
-    // What came is not in the other recording: held out, that would speak against it.
-    let modes = plant.kind == Kind::Linear;
-    let of = |recording, other| {
-        diagnose(&Case { recording, held_out: modes.then_some(other), options: &options, ..*case })
-    };
-    let (a, b) = parallel::join(|| of(then, now), || of(now, then));
+    // What came is not in the other recording, which is therefore not held out.
+    let of = |recording| diagnose(&Case { recording, held_out: None, options: &options, ..*case });
+    let (a, b) = parallel::join(|| of(then), || of(now));
     let (a, b) = (a?, b?);
     let pair = Pair {
         recordings: [then, now],

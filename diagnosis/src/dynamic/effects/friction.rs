@@ -4,7 +4,9 @@ use super::{
     COULOMB_FRICTION, CREEP, DynamicEffect, Law, SLOW_TRIANGLES, Scale, amount, place, plain_readings, shape,
 };
 use crate::thresholds::dynamic::effects::HARD;
-use crate::thresholds::dynamic::effects::friction::{NARROWEST, PLACES, PLAYS, WIDEST, WIDEST_PLAY, WIDTHS};
+use crate::thresholds::dynamic::effects::friction::{
+    EXPONENTIAL, GAUSSIAN, NARROWEST, PLACES, PLAYS, WIDEST, WIDEST_PLAY, WIDTHS,
+};
 
 /// Coulomb friction: of constant magnitude.
 ///
@@ -112,10 +114,7 @@ pub static BACKLASH: DynamicEffect = DynamicEffect {
     ..DynamicEffect::USUAL
 };
 
-/// How friction falls with the speed.
-const GAUSSIAN: f64 = 2.0;
-const EXPONENTIAL: f64 = 1.0;
-
+/// Starts of a search for friction that falls so with the speed.
 fn stribeck(scale: &Scale, exponent: f64) -> Vec<Vec<f64>> {
     let start = |part: &f64| vec![0.0, 0.0, part * scale.speed, HARD * scale.speed, exponent];
     [0.03, 0.1, 0.3, 1.0].iter().map(start).collect()

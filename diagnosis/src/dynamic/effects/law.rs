@@ -7,6 +7,7 @@ use physics::number::Number;
 use super::Flow;
 use crate::dynamic::structure::shape;
 use crate::thresholds::dynamic::effects::bouc_wen_hysteresis::USUAL;
+use crate::thresholds::dynamic::effects::friction::GAUSSIAN;
 
 /// What an effect does with its parameters: the declarations give the formulas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,7 +66,8 @@ impl Law {
             Law::Stribeck => {
                 let relative = v / p[2];
                 let exponent = p[4].value();
-                let power = if exponent == 2.0 { relative * relative } else { relative.abs().powf(exponent) };
+                let power =
+                    if exponent == GAUSSIAN { relative * relative } else { relative.abs().powf(exponent) };
                 (p[0] + p[1] * (-power).exp()) * flow.direction
             }
             Law::LocalFriction => {

@@ -104,7 +104,7 @@ pub fn normal_equations(columns: &[Column], rows: &[usize], drive: &[f64]) -> (S
     (normal, right)
 }
 
-/// Fits the amounts of a model, its shapes given, on those of the rows that tell which `wanted` selects.
+/// Fits the amounts of a model, its shapes given, on those of the rows with motion that `wanted` selects.
 pub fn solve(shapes: &Model, motion: &Motion, wanted: &dyn Fn(usize) -> bool) -> Option<Solved> {
     let (terms, stiff) = (&shapes.terms, shapes.nominal_free[1]);
     let rows: Vec<usize> = motion.rows().filter(|k| wanted(*k)).collect();

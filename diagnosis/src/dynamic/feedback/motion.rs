@@ -25,9 +25,9 @@ pub struct Motion {
     pub drive: Vec<f64>,
     /// Speed that counts as standing still.
     pub slow: f64,
-    /// Whether each row tells what the motion needs: where the mechanism stands still for longer than the smoothing takes, dry
-    /// friction holds any drive up to its own.
-    pub tells: Vec<bool>,
+    /// Whether the mechanism moves in each row. Where it stands still for longer than the smoothing takes, dry friction holds any
+    /// drive that is smaller, and the drive says nothing.
+    pub moving: Vec<bool>,
 }
 
 impl Motion {
@@ -56,8 +56,8 @@ impl Motion {
         }
         let slow = slow.unwrap_or_else(|| STANDING * numerics::rms(&velocity)).max(f64::MIN_POSITIVE);
         let smoothed = (1.0 / (cutoff_hz * h)).ceil() as usize;
-        let tells =
-            recording.runs.iter().flat_map(|run| moving(&velocity[run.clone()], slow, smoothed)).collect();
+        let moving =
+            recording.runs.iter().flat_map(|run| moves(&velocity[run.clone()], slow, smoothed)).collect();
         Motion {
             step_s: h,
             runs: recording.runs.clone(),
@@ -67,16 +67,16 @@ impl Motion {
             acceleration,
             drive,
             slow,
-            tells,
+            moving,
         }
     }
 
-    /// All rows that tell what the motion needs.
+    /// All rows in which the mechanism moves.
     pub fn rows(&self) -> impl Iterator<Item = usize> + '_ {
-        self.runs.iter().cloned().flatten().filter(|row| self.tells[*row])
+        self.runs.iter().cloned().flatten().filter(|row| self.moving[*row])
     }
 
-    /// Root mean square of what a model leaves of the rows that tell.
+    /// Root mean square of what a model leaves of these rows.
     pub fn rms(&self, residual: &[f64]) -> f64 {
         numerics::rms(&self.rows().map(|row| residual[row]).collect::<Vec<f64>>())
     }
@@ -146,7 +146,7 @@ impl Motion {
 
 /// Which rows of a run are none of those in which it is slow for more than `smoothed` rows. A smoothed motion begins before the
 /// mechanism does, so that the stretch needs no margin.
-fn moving(velocity: &[f64], slow: f64, smoothed: usize) -> Vec<bool> {
+fn moves(velocity: &[f64], slow: f64, smoothed: usize) -> Vec<bool> {
     let mut moving = vec![true; velocity.len()];
     let mut from = 0;
     for stretch in velocity.chunk_by(|a, b| (a.abs() < slow) == (b.abs() < slow)) {
@@ -161,13 +161,13 @@ fn moving(velocity: &[f64], slow: f64, smoothed: usize) -> Vec<bool> {
 
 #[cfg(test)]
 mod tests {
-    use super::moving;
+    use super::moves;
 
     #[test]
     fn a_mechanism_that_stands_still_tells_nothing_and_one_that_turns_round_does() {
         let velocity: Vec<f64> =
             [vec![1.0; 5], vec![0.0; 8], vec![-1.0; 5], vec![0.0; 2], vec![1.0; 3]].concat();
-        let left: Vec<usize> = (0..velocity.len()).filter(|k| !moving(&velocity, 0.1, 4)[*k]).collect();
+        let left: Vec<usize> = (0..velocity.len()).filter(|k| !moves(&velocity, 0.1, 4)[*k]).collect();
         assert_eq!(left, (5..13).collect::<Vec<usize>>());
     }
 }

@@ -40,7 +40,7 @@ pub struct Along<'a> {
 }
 
 impl Along<'_> {
-    /// The rows of one kind that tell.
+    /// The rows of one kind in which the mechanism moves.
     fn rows(&self, fold: usize) -> impl Iterator<Item = usize> + '_ {
         self.motion.rows().filter(move |k| self.fold[*k] as usize == fold)
     }
@@ -75,7 +75,7 @@ impl Along<'_> {
                 if last != fold {
                     blocks.push(0.0);
                 }
-                if let Some(block) = blocks.last_mut().filter(|_| self.motion.tells[k]) {
+                if let Some(block) = blocks.last_mut().filter(|_| self.motion.moving[k]) {
                     *block += before.residual[k].powi(2) - after.residual[k].powi(2);
                 }
             }

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use fitter::plant::Plant;
 use numerics::parallel;
 
+use super::coefficients::{self, Linearised, coefficients, is_shape, of_one, owners, polished};
 use super::expansion::Expansion;
-use super::linear::{self, Linear, coefficients, is_shape, of_one, owners, polished};
 use super::second_order::readings;
 use super::{Gradient, Group, INERTIA, INERTIA_TITLE, Joint, Of, Side};
 use crate::dynamic::candidates::Candidates;
@@ -156,7 +156,7 @@ impl<'a> UnderFeedback<'a> {
         wanted: &dyn Fn(usize) -> bool,
     ) -> Option<UnderFeedback<'a>> {
         let Motions { motion, smoother } = &*motions;
-        let own = Linear::of(shapes, motion, wanted)?;
+        let own = Linearised::of(shapes, motion, wanted)?;
         let rows: Vec<usize> = motion.rows().filter(|row| wanted(*row)).collect();
         let mut covariance = covariance(&own.columns, &own.residual, motion, smoother.is_none(), &rows);
         if let Some(smoother) = smoother {
@@ -168,7 +168,7 @@ impl<'a> UnderFeedback<'a> {
                 moved.iter().enumerate().for_each(|(j, b)| *covariance.at_mut(i, j) += a * b);
             }
         }
-        let Linear { solved, packed, residual, .. } = own;
+        let Linearised { solved, packed, residual, .. } = own;
         // The inverse model is linear but for shapes near their own: its fit says all.
         let information = covariance.factor().inverse();
         let own = Expansion { cost: 0.0, pull: vec![0.0; packed.len()], information };
@@ -183,7 +183,7 @@ impl<'a> UnderFeedback<'a> {
 
     /// The model with these packed parameters.
     fn with(&self, packed: &[f64]) -> Model {
-        linear::with(&self.solved.model, packed)
+        coefficients::with(&self.solved.model, packed)
     }
 
     /// Number of coefficients of the mechanism without effects.
@@ -333,8 +333,8 @@ impl Side for UnderFeedback<'_> {
         if self.motions.smoother.is_some() { LEAST_PART } else { 0.0 }
     }
 
-    fn tells(&self, row: usize) -> bool {
-        self.motions.motion.tells[row]
+    fn counts(&self, row: usize) -> bool {
+        self.motions.motion.moving[row]
     }
 
     fn amounts(&self, of: Of) -> Vec<usize> {

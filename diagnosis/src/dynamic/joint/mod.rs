@@ -3,11 +3,11 @@
 //! Each recording is fitted by a model with the effects of both. A model of both is then estimated by Marquardt's method from
 //! what each recording says of it; whether something else differs is judged to first order about that.
 
+mod coefficients;
 pub mod equations;
 mod expansion;
 pub mod feedback;
 pub mod free_run;
-mod linear;
 pub mod modes;
 mod second_order;
 
@@ -147,7 +147,7 @@ pub trait Side: Sized + Send + Sync {
         matches!(of, Of::Inertia).then(|| (1.0 / (1.0 - length), error / (1.0 - length).powi(2)))
     }
 
-    /// Whether an effect with these packed parameters can be.
+    /// Whether an effect can have these packed parameters: friction is not negative.
     fn is_plausible(&self, _of: Of, _packed: &[f64]) -> bool {
         true
     }
@@ -157,8 +157,8 @@ pub trait Side: Sized + Send + Sync {
         0.0
     }
 
-    /// Whether a row tells what a model is worth.
-    fn tells(&self, _row: usize) -> bool {
+    /// Whether a row counts in what a model leaves.
+    fn counts(&self, _row: usize) -> bool {
         true
     }
 
@@ -363,7 +363,7 @@ impl<S: Side> Joint<S> {
         (-self.surprise(square.max(0.0), amounts.len())).exp()
     }
 
-    /// Whether a group that differs can be what it is called in every recording that shows it.
+    /// Whether a group that differs has possible parameters in every recording that shows it.
     pub fn is_plausible(&self, group: usize) -> bool {
         let solved = self.solve(&[group]);
         (0..2).all(|recording| {
@@ -401,7 +401,7 @@ impl<S: Side> Joint<S> {
     pub fn rms(&self, solved: &Solved) -> Option<f64> {
         let side = &self.sides[1];
         let left = side.left(&solved.point.packed[1], ALL)?;
-        let rows = side.data().runs.iter().flat_map(Clone::clone).filter(|row| side.tells(*row));
+        let rows = side.data().runs.iter().flat_map(Clone::clone).filter(|row| side.counts(*row));
         Some(rms(&rows.map(|row| left[row]).collect::<Vec<f64>>()))
     }
 
@@ -418,8 +418,8 @@ impl<S: Side> Joint<S> {
                 scale * rms(&rows.iter().map(|row| left[*row]).collect::<Vec<f64>>())
             };
             let stretches = side.scored().into_iter();
-            let told = stretches.map(|rows| rows.filter(|row| side.tells(*row)).collect::<Vec<usize>>());
-            scores.extend(told.filter(|rows| !rows.is_empty()).map(|rows| [of(&a, &rows), of(&b, &rows)]));
+            let rows = stretches.map(|rows| rows.filter(|row| side.counts(*row)).collect::<Vec<usize>>());
+            scores.extend(rows.filter(|rows| !rows.is_empty()).map(|rows| [of(&a, &rows), of(&b, &rows)]));
         }
         Some(scores)
     }

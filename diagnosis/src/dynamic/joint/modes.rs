@@ -300,7 +300,7 @@ impl Side for Structure<'_> {
         self.plan.held()
     }
 
-    fn tells(&self, row: usize) -> bool {
+    fn counts(&self, row: usize) -> bool {
         self.recording.scored(row)
     }
 

@@ -187,9 +187,11 @@ fn of_two_recordings_what_moved_is_named_alone() {
 }
 
 #[test]
-fn of_two_recordings_a_hysteresis_that_grew_is_named() {
-    let all = changed(&hysteretic(0.2), &hysteretic(0.3), &[0.1, 0.4, 1.0]);
-    assert_eq!(all[0].id, file::ID, "{:?}", all.iter().map(|change| &change.id).collect::<Vec<_>>());
+fn of_two_recordings_a_hysteresis_that_grew_or_came_is_named() {
+    for then in [hysteretic(0.2), Looped::plain(structure())] {
+        let all = changed(&then, &hysteretic(0.3), &[0.1, 0.4, 1.0]);
+        assert_eq!(all[0].id, file::ID, "{:?}", all.iter().map(|change| &change.id).collect::<Vec<_>>());
+    }
 }
 
 #[test]

@@ -11,27 +11,26 @@ use crate::thresholds::compare::joint::{FAR, POLISHING, SHAPE_STEP, UNDETERMINED
 
 /// A model with the shapes that its own recording prefers: the search leaves them near by.
 pub fn polished(model: &Model, motion: &Motion) -> Model {
-    let mut best = model.clone();
-    let mut left = f64::INFINITY;
+    let (mut best, mut tried, mut left) = (model.clone(), model.clone(), f64::INFINITY);
     for _ in 0..POLISHING {
-        let Some(linear) = Linear::of(&best, motion, &|_| true) else { return best };
-        let now = motion.rms(&linear.solved.residual);
+        let Some(fitted) = Linearised::of(&tried, motion, &|_| true) else { break };
+        let now = motion.rms(&fitted.solved.residual);
         if now >= left {
-            return best;
+            break;
         }
-        (best, left) = (linear.solved.model.clone(), now);
-        let first = linear.packed.len() - shapes_of(model).count();
-        for ((k, j), to) in shapes_of(model).zip(&linear.packed[first..]) {
-            let size = size_of(&linear.solved.model, (k, j));
-            let parameter = &mut best.terms[k].parameters[j];
-            *parameter = to.clamp(*parameter - 0.5 * size, *parameter + size);
+        (best, left) = (fitted.solved.model, now);
+        tried = best.clone();
+        let first = fitted.packed.len() - shapes_of(&best).count();
+        for ((k, j), to) in shapes_of(&best).zip(&fitted.packed[first..]) {
+            let (from, size) = (best.terms[k].parameters[j], size_of(&best, (k, j)));
+            tried.terms[k].parameters[j] = to.clamp(from - 0.5 * size, from + size);
         }
     }
     best
 }
 
 /// An inverse model on some rows, its shapes to first order.
-pub struct Linear {
+pub struct Linearised {
     /// The model with amounts.
     pub solved: Solved,
     /// Columns of the coefficients, then of the shapes.
@@ -42,9 +41,9 @@ pub struct Linear {
     pub residual: Vec<f64>,
 }
 
-impl Linear {
+impl Linearised {
     /// Fitted to the rows that are wanted, about the shapes of a model.
-    pub fn of(shapes: &Model, motion: &Motion, wanted: &dyn Fn(usize) -> bool) -> Option<Linear> {
+    pub fn of(shapes: &Model, motion: &Motion, wanted: &dyn Fn(usize) -> bool) -> Option<Linearised> {
         let solved = solve(shapes, motion, wanted)?;
         let model = &solved.model;
         let mut columns = model_columns(&solved, motion);
@@ -72,7 +71,7 @@ impl Linear {
             solved.residual[row] - columns.iter().zip(&step).map(|((c, _), by)| c[row] * by).sum::<f64>()
         };
         let residual = (0..solved.residual.len()).map(left).collect();
-        Some(Linear { solved, columns, packed, residual })
+        Some(Linearised { solved, columns, packed, residual })
     }
 }
 
@@ -127,7 +126,7 @@ fn amounts_of(model: &Model) -> impl Iterator<Item = (usize, usize)> + '_ {
     model.terms.iter().enumerate().flat_map(|(k, term)| {
         let effect = term.effect;
         let fitted = move |j: &usize| match effect.part {
-            Part::Force => !effect.parameters[*j].shape,
+            Part::Force => !is_shape(effect, *j),
             _ => *j == 0,
         };
         (0..term.parameters.len()).filter(fitted).map(move |j| (k, j))
