@@ -198,6 +198,19 @@ fn in_motion_a_weak_effect_that_came_is_no_change_of_damping() {
     assert!(ci95[0].as_f64().unwrap() < 1e-8 && 1e-8 < ci95[1].as_f64().unwrap(), "{ci95}");
 }
 
+/// A drive that is straight between its samples and half a sample late is nearly one that is held, which is no change.
+#[test]
+fn in_motion_a_held_drive_is_no_delay_that_came() {
+    let folder = of_a_mirror_in_motion();
+    let folder = folder.path();
+    let record = |rest: &str| run(folder, &format!("excite --device-seed 9 {rest} -q"));
+    record("--seed 1 --out then.csv");
+    record("--seed 2 --excitation sweep --out now.csv");
+    let text = run(folder, "compare then.csv now.csv --plant plant.toml --out new --json");
+    let compared: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(compared["verdict"], "unchanged", "{compared}");
+}
+
 /// A limit of the drive changes nothing while it is not reached, so that nothing about a model without it shows it.
 #[test]
 fn in_motion_a_limit_that_came_is_named() {

@@ -21,6 +21,8 @@ pub fn candidates(recording: &DynamicRecording, model: &Model, skip: &[String], 
     let search = Search::new(&windows, skip, model.terms.len());
     let present = search.fit(model, &windows.first_states());
     let found = present.map_or_else(Vec::new, |present| search.contenders(&[present]));
-    let models = found.into_iter().take(most).map(|fitted| fitted.model).collect();
+    // A delay of half a sample with a straight drive is a held drive: what is held alike can be compared.
+    let alike = found.into_iter().map(|fitted| fitted.model).filter(|found| found.hold == model.hold);
+    let models = alike.take(most).collect();
     Candidates { models, sought: search.catalogue.len() }
 }

@@ -1,7 +1,7 @@
 //! Which effects help along a recorded motion: forward, each chosen on blocks of rows that did not fit it,
 //! with what a later one has made idle left out again.
 
-use numerics::{Basis, dot, mean_and_error, parallel};
+use numerics::{Basis, dot, parallel};
 
 use super::inverse::{Solved, effect_columns, mechanism, model_columns, solve};
 use super::motion::Motion;
@@ -63,26 +63,30 @@ impl Along<'_> {
         rows * (a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE)).ln()
     }
 
-    /// How surely the effect helps: mean over the blocks that did not fit of what it takes off the squared
-    /// residual, in standard errors of that mean. Neighbouring rows of a residual are not independent,
-    /// blocks nearly are.
+    /// How surely the effect helps on the blocks that did not fit it: by how many standard errors what it adds there is of the
+    /// right size and not of none. The error is by blocks: neighbouring rows of a residual are not independent, blocks nearly are.
     fn consistency(&self, before: &Solved, after: &Solved) -> f64 {
-        let mut blocks: Vec<f64> = Vec::new();
+        // Of every block what the effect adds times what is left without it, and with it.
+        let mut blocks: Vec<[f64; 2]> = Vec::new();
         let mut last = usize::MAX;
         for (k, fold) in self.fold.iter().enumerate() {
-            let fold = *fold as usize;
+            let fold = usize::from(*fold);
             if fold != FIT {
                 if last != fold {
-                    blocks.push(0.0);
+                    blocks.push([0.0; 2]);
                 }
-                if let Some(block) = blocks.last_mut().filter(|_| self.motion.moving[k]) {
-                    *block += before.residual[k].powi(2) - after.residual[k].powi(2);
+                if let Some([without, with]) = blocks.last_mut().filter(|_| self.motion.moving[k]) {
+                    let added = before.residual[k] - after.residual[k];
+                    *without += added * before.residual[k];
+                    *with += added * after.residual[k];
                 }
             }
             last = fold;
         }
-        let (mean, error) = mean_and_error(&blocks);
-        mean / error.max(f64::MIN_POSITIVE)
+        let count = blocks.len() as f64;
+        let (sum, squares) = blocks.iter().fold((0.0, 0.0), |(s, q), [a, b]| (s + a, q + b * b));
+        let error = (squares * count / (count - 1.0).max(1.0)).sqrt();
+        sum / error.max(f64::MIN_POSITIVE)
     }
 
     fn worth(&self, before: &Solved, after: &Solved) -> bool {
@@ -225,8 +229,45 @@ impl Along<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::seen;
+    use super::{Along, seen};
+    use crate::dynamic::data::{CHOOSE, FIT};
     use crate::dynamic::effects::effect;
+    use crate::dynamic::feedback::inverse::{Solved, mechanism};
+    use crate::dynamic::feedback::motion::Motion;
+    use crate::thresholds::dynamic::feedback::search::CONSISTENT;
+
+    #[test]
+    fn an_effect_that_shows_in_few_blocks_is_as_sure_as_what_it_explains_there() {
+        let (length, blocks) = (100, 16);
+        let rows = length * blocks;
+        let wave = |k: usize, step: usize| ((k * step) as f64 * 0.618).sin();
+        let zero = vec![0.0; rows];
+        let motion = Motion {
+            step_s: 1e-3,
+            runs: std::iter::once(0..rows).collect(),
+            cutoff_hz: 100.0,
+            position: zero.clone(),
+            velocity: zero.clone(),
+            acceleration: zero.clone(),
+            drive: zero,
+            slow: 0.0,
+            moving: vec![true; rows],
+        };
+        let fold: Vec<u8> = (0..rows).map(|k| [FIT, CHOOSE][k / length % 2] as u8).collect();
+        let along = Along { motion: &motion, fold: &fold, per_row: 0.2 };
+        let solved = |residual| Solved { model: mechanism(false), residual };
+        let left: Vec<f64> = (0..rows).map(|k| wave(k, 7)).collect();
+        let beside = |added: &dyn Fn(usize) -> f64| {
+            let before = left.iter().enumerate().map(|(k, left)| left + added(k)).collect();
+            along.consistency(&solved(before), &solved(left.clone()))
+        };
+        // Twice in eight blocks, far above the noise.
+        let rare = |k: usize| if matches!(k / length, 3 | 11) { 3.0 * wave(k, 5) } else { 0.0 };
+        assert!(beside(&rare) > CONSISTENT, "{}", beside(&rare));
+        // What takes off what happens to be left, in one block as much as it adds in the next.
+        let chance = |k: usize| if k / length % 4 == 1 { -0.5 * left[k] } else { 0.5 * left[k] };
+        assert!(beside(&chance) < 1.0, "{}", beside(&chance));
+    }
 
     #[test]
     fn what_the_smoothing_hides_is_not_seen() {
