@@ -145,6 +145,17 @@ fn of_a_mirror_in_motion() -> tempfile::TempDir {
     folder
 }
 
+/// What is said of two recordings of a mirror in motion, given by options of `excite`.
+fn compared_in_motion(device_seed: u32, then: &str, now: &str) -> Value {
+    let folder = of_a_mirror_in_motion();
+    let folder = folder.path();
+    for (name, options) in [("then.csv", then), ("now.csv", now)] {
+        run(folder, &format!("excite --device-seed {device_seed} {options} --out {name} -q"));
+    }
+    let text = run(folder, "compare then.csv now.csv --plant plant.toml --out new --json");
+    serde_json::from_str(&text).unwrap()
+}
+
 /// Driven otherwise, a mechanism is the same; a dry friction that moved is told from its damping.
 #[test]
 fn in_motion_a_moved_parameter_is_named_and_an_unchanged_mechanism_is_not() {
@@ -201,26 +212,14 @@ fn in_motion_a_weak_effect_that_came_is_no_change_of_damping() {
 /// A drive that is straight between its samples and half a sample late is nearly one that is held, which is no change.
 #[test]
 fn in_motion_a_held_drive_is_no_delay_that_came() {
-    let folder = of_a_mirror_in_motion();
-    let folder = folder.path();
-    let record = |rest: &str| run(folder, &format!("excite --device-seed 9 {rest} -q"));
-    record("--seed 1 --out then.csv");
-    record("--seed 2 --excitation sweep --out now.csv");
-    let text = run(folder, "compare then.csv now.csv --plant plant.toml --out new --json");
-    let compared: Value = serde_json::from_str(&text).unwrap();
+    let compared = compared_in_motion(9, "--seed 1", "--seed 2 --excitation sweep");
     assert_eq!(compared["verdict"], "unchanged", "{compared}");
 }
 
 /// A limit of the drive changes nothing while it is not reached, so that nothing about a model without it shows it.
 #[test]
 fn in_motion_a_limit_that_came_is_named() {
-    let folder = of_a_mirror_in_motion();
-    let folder = folder.path();
-    let record = |rest: &str| run(folder, &format!("excite --device-seed 7 {rest} -q"));
-    record("--seed 1 --out then.csv");
-    record("--seed 2 --effect drive_saturation:limit=0.05 --out now.csv");
-    let text = run(folder, "compare then.csv now.csv --plant plant.toml --out new --json");
-    let compared: Value = serde_json::from_str(&text).unwrap();
+    let compared = compared_in_motion(7, "--seed 1", "--seed 2 --effect drive_saturation:limit=0.05");
     let changes = compared["changes"].as_array().unwrap();
     assert_eq!(changes.len(), 1, "{compared}");
     assert_eq!((&changes[0]["id"], &changes[0]["kind"]), (&"drive_saturation".into(), &"came".into()));
@@ -374,10 +373,10 @@ fn to_and_fro(seed: u64, carriage: &Carriage) -> String {
         ripple_m: 0.1,
     };
     // A second's move, smooth at both ends, and a rest.
-    let way = |part: f64| 0.08 * (part - (std::f64::consts::TAU * part).sin() / std::f64::consts::TAU);
+    let travelled = |part: f64| 0.08 * (part - (std::f64::consts::TAU * part).sin() / std::f64::consts::TAU);
     let command = |k: usize| match (k / 1250 % 2, (k % 1250) as f64 / 1000.0) {
-        (0, part) => way(part.min(1.0)),
-        (_, part) => 0.08 - way(part.min(1.0)),
+        (0, part) => travelled(part.min(1.0)),
+        (_, part) => 0.08 - travelled(part.min(1.0)),
     };
     let command: Vec<f64> = (0..10_000).map(command).collect();
     let mut generator = ChaCha12Rng::seed_from_u64(seed);

@@ -21,7 +21,8 @@ pub fn candidates(recording: &DynamicRecording, model: &Model, skip: &[String], 
     let search = Search::new(&windows, skip, model.terms.len());
     let present = search.fit(model, &windows.first_states());
     let found = present.map_or_else(Vec::new, |present| search.contenders(&[present]));
-    // A delay of half a sample with a straight drive is a held drive: what is held alike can be compared.
+    // A drive that is straight between its samples and half a sample late is nearly a held one: beside a recording that is held,
+    // that delay would seem to have come.
     let alike = found.into_iter().map(|fitted| fitted.model).filter(|found| found.hold == model.hold);
     let models = alike.take(most).collect();
     Candidates { models, sought: search.catalogue.len() }

@@ -63,8 +63,9 @@ impl Along<'_> {
         rows * (a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE)).ln()
     }
 
-    /// How surely the effect helps on the blocks that did not fit it: by how many standard errors what it adds there is of the
-    /// right size and not of none. The error is by blocks: neighbouring rows of a residual are not independent, blocks nearly are.
+    /// How surely the effect helps on the blocks that did not fit it: the factor by which what it adds there fits best, in
+    /// standard errors. It is 1 for an effect of the right size, and 0 for one that is not there. The error is by blocks
+    /// (Liang & Zeger, Biometrika 73 (1986) 13–22): neighbouring rows of a residual are not independent, blocks nearly are.
     fn consistency(&self, before: &Solved, after: &Solved) -> f64 {
         // Of every block what the effect adds times what is left without it, and with it.
         let mut blocks: Vec<[f64; 2]> = Vec::new();
