@@ -9,7 +9,6 @@ use clap::{Parser, Subcommand};
 use firmware_tests::measure::Part;
 use firmware_tests::{Task, perform, tools};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use miette::{Result, miette};
 
 /// Generated routines as firmware on Cortex-M0, M3, M4F, M7 and M33, under QEMU.
 #[derive(Parser)]
@@ -41,7 +40,7 @@ enum Command {
     Compare,
 }
 
-fn main() -> Result<ExitCode> {
+fn main() -> ExitCode {
     let cli = Cli::parse();
     let task = match cli.command {
         Command::Check => Task::Check,
@@ -55,9 +54,12 @@ fn main() -> Result<ExitCode> {
     match verdict {
         Ok(text) => {
             println!("{text}");
-            Ok(ExitCode::SUCCESS)
+            ExitCode::SUCCESS
         }
-        Err(problem) => Err(miette!("{problem}")),
+        Err(problem) => {
+            eprintln!("{problem}");
+            ExitCode::FAILURE
+        }
     }
 }
 
