@@ -121,6 +121,19 @@ impl Interval {
         Interval { lo: floor.unwrap_or_default(), hi: ceil.unwrap_or_default() }
     }
 
+    fn is_point(&self) -> bool {
+        self.lo == self.hi
+    }
+
+    /// The sign of all its numbers, 0 counting as either; none where they have both.
+    fn sign(&self) -> Option<Sign> {
+        if !self.lo.is_negative() {
+            Some(Sign::Positive)
+        } else {
+            (!self.hi.is_positive()).then_some(Sign::Negative)
+        }
+    }
+
     /// Whether every number of `self` is less than or equal to every number of `other`.
     pub fn certainly_le(&self, other: &Interval) -> bool {
         self.hi <= other.lo
@@ -209,15 +222,22 @@ impl Sub for &Interval {
 impl Mul for &Interval {
     type Output = Interval;
     fn mul(self, other: &Interval) -> Interval {
-        let (lo, hi) = if self.lo == self.hi && other.lo == other.hi {
-            let p = &self.lo * &other.lo;
-            (p.clone(), p)
-        } else {
-            let products =
-                [&self.lo * &other.lo, &self.lo * &other.hi, &self.hi * &other.lo, &self.hi * &other.hi];
-            let lo = products.iter().min().cloned().unwrap_or_default();
-            let hi = products.into_iter().max().unwrap_or_default();
-            (lo, hi)
+        let (a, b) = (self, other);
+        if a.is_point() && b.is_point() {
+            let product = &a.lo * &b.lo;
+            return Interval { hi: shr_ceil(&product, SCALE), lo: product >> SCALE };
+        }
+        // Which ends make the least and the largest product follows from the signs.
+        let (lo, hi) = match (a.sign(), b.sign()) {
+            (Some(Sign::Positive), Some(Sign::Positive)) => (&a.lo * &b.lo, &a.hi * &b.hi),
+            (Some(Sign::Positive), Some(Sign::Negative)) => (&a.hi * &b.lo, &a.lo * &b.hi),
+            (Some(Sign::Negative), Some(Sign::Positive)) => (&a.lo * &b.hi, &a.hi * &b.lo),
+            (Some(Sign::Negative), Some(Sign::Negative)) => (&a.hi * &b.hi, &a.lo * &b.lo),
+            (Some(Sign::Positive), None) => (&a.hi * &b.lo, &a.hi * &b.hi),
+            (Some(Sign::Negative), None) => (&a.lo * &b.hi, &a.lo * &b.lo),
+            (None, Some(Sign::Positive)) => (&a.lo * &b.hi, &a.hi * &b.hi),
+            (None, Some(Sign::Negative)) => (&a.hi * &b.lo, &a.lo * &b.lo),
+            (None, None) => ((&a.lo * &b.hi).min(&a.hi * &b.lo), (&a.lo * &b.lo).max(&a.hi * &b.hi)),
         };
         Interval { lo: lo >> SCALE, hi: shr_ceil(&hi, SCALE) }
     }
@@ -243,6 +263,19 @@ mod tests {
         assert!(one.inside(&(&third * &three)));
         assert!(third.lo < third.hi);
         assert!(third.to_f64_down() < third.to_f64_up());
+    }
+
+    /// Whatever the signs of the ends, the product is that of all pairs of ends.
+    #[test]
+    fn a_product_spans_those_of_the_ends() {
+        let numbers = [-3, -1, 0, 2, 5];
+        let ends = || numbers.iter().flat_map(|a| numbers.map(|b| (*a, b))).filter(|(a, b)| a <= b);
+        for (a, b) in ends().flat_map(|a| ends().map(move |b| (a, b))) {
+            let products = [a.0 * b.0, a.0 * b.1, a.1 * b.0, a.1 * b.1];
+            let (least, largest) = (products.into_iter().min(), products.into_iter().max());
+            let spanned = Interval::between(least.unwrap(), largest.unwrap());
+            assert_eq!(&Interval::between(a.0, a.1) * &Interval::between(b.0, b.1), spanned, "{a:?} {b:?}");
+        }
     }
 
     proptest! {
