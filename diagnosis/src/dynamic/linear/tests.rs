@@ -186,7 +186,7 @@ fn of_two_recordings_what_moved_is_named_alone() {
     assert!((ratio.ci95[0]..ratio.ci95[1]).contains(&0.98), "{ratio:?}");
 }
 
-/// That the first of what changed is the hysteresis, which becomes one of 0.3.
+/// Asserts that the hysteresis, which becomes one of 0.3, is the first of what changed.
 fn hysteresis_changes_first(then: &Looped) {
     let all = changed(then, &hysteretic(0.3), &[0.1, 0.4, 1.0]);
     assert_eq!(all[0].id, file::ID, "{:?}", all.iter().map(|change| &change.id).collect::<Vec<_>>());

@@ -57,7 +57,7 @@ fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(problem) => {
-            eprintln!("{problem}");
+            eprintln!("error: {problem}");
             ExitCode::FAILURE
         }
     }
