@@ -1,5 +1,5 @@
-//! Which effects of a plant in equations: begun in free run, and where structure is left from estimates under an observer
-//! as well.
+//! Which effects of a plant in equations: begun in free run, and where that may be out of step with the recording, from
+//! estimates under an observer as well.
 
 use std::sync::Arc;
 
@@ -15,7 +15,9 @@ use super::super::search::contenders::best_of_each;
 use super::super::search::{Augmented, gain, worth};
 use super::model::{Model, Term};
 use super::start::{Nominal, estimated, relaxed, within};
-use crate::thresholds::dynamic::equations::{BY_CHANCE, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS};
+use crate::thresholds::dynamic::equations::{
+    BY_CHANCE, IN_STEP, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS,
+};
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::remainder::PREDICTED;
 use crate::thresholds::dynamic::search::contenders::REFITTED;
@@ -126,7 +128,7 @@ impl Search<'_> {
         let mut observed = nominal.observed.clone();
         while present.model.terms.len() < MOST_TERMS {
             let mut contenders = self.contenders(std::slice::from_ref(&present));
-            if self.structured(&present) {
+            if self.structured(&present) && !self.keeps_step(&present) {
                 let under =
                     |f: &Fitted<Model>| self.fit(&Model { observed: OBSERVED, ..f.model.clone() }, &f.states);
                 observed = parallel::filter_map(&observed, under);
@@ -199,6 +201,16 @@ impl Search<'_> {
         let effects = after.model.terms.len().saturating_sub(before.model.terms.len()).max(1);
         let least = BY_CHANCE / (self.catalogue.len() as f64).powi(effects as i32);
         Some(by_chance < least && logarithm(CHOOSE) > 0.5 * logarithm(FIT))
+    }
+
+    /// Whether a free run leaves so little of the motion that it is nowhere out of step: an observer leads to the same
+    /// estimates then.
+    fn keeps_step(&self, fitted: &Fitted<Model>) -> bool {
+        let rows = self.data.runs.iter().flat_map(|run| &self.data.position[run.clone()]);
+        let recorded: Vec<f64> = rows.copied().collect();
+        let middle = numerics::mean(&recorded);
+        let motion: f64 = recorded.iter().map(|y| (y - middle).powi(2)).sum();
+        fitted.cost(ALL) <= IN_STEP.powi(2) * motion
     }
 
     /// Whether what a model leaves is nearly all predicted by its own past.
