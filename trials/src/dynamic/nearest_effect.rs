@@ -11,6 +11,7 @@ use twin::dynamic::{Bench, Typical};
 
 use super::draw::drawn_effect;
 use super::matched::Whitener;
+use super::plan::known_in_free_run;
 use crate::linear::{Basis, dot, norm};
 
 /// Parts by which the plant's damping, stiffness and gain are changed to see what that changes.
@@ -128,8 +129,10 @@ impl<'a> Scene<'a> {
     pub fn closest(&self, index: usize, rest: &[f64], generator: &mut ChaCha12Rng) -> Option<(String, f64)> {
         let beside = self.beside(index);
         let taken: Vec<&str> = self.effects.iter().map(|e| e.id.as_str()).collect();
-        let tried =
-            catalogue::ALL.iter().filter(|s| s.catalogued() && !taken.contains(&s.id)).flat_map(|s| {
+        let tried = catalogue::ALL
+            .iter()
+            .filter(|s| known_in_free_run(s) == Some(true) && !taken.contains(&s.id))
+            .flat_map(|s| {
                 // Only what has a shape beside its strength differs from draw to draw.
                 let shapes = if s.parameters.len() > 1 { SHAPES } else { 1 };
                 (0..shapes).map(move |_| s)

@@ -5,7 +5,7 @@ use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
 use twin::Noise;
-use twin::dynamic::effects::catalogue;
+use twin::dynamic::effects::{Specification, catalogue};
 use twin::dynamic::{Bench, Excitation};
 
 use super::truth::Group;
@@ -74,8 +74,8 @@ pub fn circumstances(assignment: &Assignment, generator: &mut ChaCha12Rng) -> Ci
 }
 
 fn ids(group: Group, number: usize, generator: &mut ChaCha12Rng) -> Vec<&'static str> {
-    let of = |catalogued: bool| -> Vec<&'static str> {
-        catalogue::ALL.iter().filter(|s| s.catalogued() == catalogued).map(|s| s.id).collect()
+    let of = |known: bool| -> Vec<&'static str> {
+        catalogue::ALL.iter().filter(|s| known_in_free_run(s) == Some(known)).map(|s| s.id).collect()
     };
     match group {
         Group::Null => Vec::new(),
@@ -83,6 +83,16 @@ fn ids(group: Group, number: usize, generator: &mut ChaCha12Rng) -> Vec<&'static
         Group::Single => vec![of(true)[number % of(true).len()]],
         Group::Pair => of(true).sample(generator, 2).copied().collect(),
         Group::Outside => vec![of(false)[number % of(false).len()]],
+    }
+}
+
+/// Whether the catalogue of free runs has an effect; none where the effect makes no sense in these trials: friction beyond a
+/// play takes from a friction of the mechanism, and these have none. It is among the trials under feedback.
+pub(super) fn known_in_free_run(effect: &Specification) -> Option<bool> {
+    match effect.id {
+        "backlash" => None,
+        "local_friction" => Some(false),
+        _ => Some(effect.catalogued()),
     }
 }
 
@@ -96,13 +106,14 @@ mod tests {
         assert_eq!(list.len(), 500);
         let mut generator = ChaCha12Rng::seed_from_u64(1);
         for specification in catalogue::ALL {
-            let group = if specification.catalogued() { Group::Single } else { Group::Outside };
+            let Some(known) = known_in_free_run(specification) else { continue };
+            let group = if known { Group::Single } else { Group::Outside };
             let count = list
                 .iter()
                 .filter(|a| a.group == group)
                 .filter(|a| ids(group, a.number, &mut generator) == [specification.id])
                 .count();
-            assert!(count >= 11, "{}: {count}", specification.id);
+            assert!(count >= 10, "{}: {count}", specification.id);
         }
     }
 }
