@@ -49,7 +49,10 @@ impl Pair<'_> {
             (least > 0.0).then_some(Visible { id, rms: None, parameter: Some((name, least)) })
         };
         let mut comparison = self.of(changes, left);
-        comparison.would_have_seen = (0..joint.groups.len()).filter_map(smallest).collect();
+        // An effect that may differ in two ways is there once.
+        let first =
+            |group: &usize| joint.groups[..*group].iter().all(|other| other.id != joint.groups[*group].id);
+        comparison.would_have_seen = (0..joint.groups.len()).filter(first).filter_map(smallest).collect();
         comparison.notes.extend(notes);
         comparison
     }
@@ -90,6 +93,7 @@ impl Pair<'_> {
             },
             alternatives: alternatives
                 .into_iter()
+                .filter(|other| joint.groups[*other].id != *id)
                 .map(|other| self.names.for_both(&joint.groups[other].id))
                 .collect(),
             held_out,

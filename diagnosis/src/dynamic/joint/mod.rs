@@ -57,6 +57,22 @@ impl Group {
         terms.iter().enumerate().filter_map(of).collect()
     }
 
+    /// Of terms of which several amounts differ by one factor: an effect that became stronger. `amounts` are the packed
+    /// parameters of a term's amounts.
+    fn of_strengths(terms: &[Term], packed: &[f64], amounts: impl Fn(usize) -> Vec<usize>) -> Vec<Group> {
+        let of = |(k, term): (usize, &Term)| {
+            let grows: Direction = amounts(k).into_iter().map(|lane| (lane, packed[lane])).collect();
+            let several = grows.len() > 1 && grows.iter().all(|(_, amount)| *amount != 0.0);
+            several.then(|| Group {
+                id: term.effect.id.into(),
+                title: term.effect.title.into(),
+                directions: vec![grows],
+                of: Of::Term(k),
+            })
+        };
+        terms.iter().enumerate().filter_map(of).collect()
+    }
+
     /// Of a mechanism whose parameters are per inertia: these all fall as it grows. None where that is one parameter.
     fn of_inertia(packed: &[f64], per_inertia: impl IntoIterator<Item = usize>) -> Option<Group> {
         let falls: Direction = per_inertia.into_iter().map(|lane| (lane, -packed[lane])).collect();
@@ -470,12 +486,13 @@ mod tests {
     use crate::dynamic::effects::effect;
     use crate::dynamic::model::Term;
 
+    fn term(id: &str) -> Term {
+        let effect = effect(id).unwrap();
+        Term::new(effect, vec![0.0; effect.parameters.len()])
+    }
+
     #[test]
     fn more_dry_friction_is_a_change_of_its_own_where_stribecks_law_holds_it() {
-        let term = |id: &str| {
-            let effect = effect(id).unwrap();
-            Term::new(effect, vec![0.0; effect.parameters.len()])
-        };
         let stribeck = [term("cogging"), term("stribeck_friction")];
         let groups = Group::of_special_cases(&stribeck, |k| Some(10 * k));
         let [group] = &groups[..] else { panic!("{}", groups.len()) };
@@ -483,5 +500,16 @@ mod tests {
         assert!(Group::of_special_cases(&stribeck, |_| None).is_empty(), "the amount is fixed");
         let both = [term("coulomb_friction"), term("stribeck_friction")];
         assert!(Group::of_special_cases(&both, Some).is_empty(), "the model has it already");
+    }
+
+    #[test]
+    fn an_effect_of_several_amounts_may_grow_as_a_whole() {
+        let terms = [term("coulomb_friction"), term("stribeck_friction")];
+        let amounts = |k: usize| [vec![0], vec![1, 2]][k].clone();
+        let groups = Group::of_strengths(&terms, &[3.0, 4.0, 5.0], amounts);
+        let [group] = &groups[..] else { panic!("{}", groups.len()) };
+        let grows = vec![(1, 4.0), (2, 5.0)];
+        assert_eq!((group.id.as_str(), &group.directions[..]), ("stribeck_friction", &[grows][..]));
+        assert!(Group::of_strengths(&terms, &[3.0, 4.0, 0.0], amounts).is_empty(), "it is not there");
     }
 }

@@ -66,8 +66,9 @@ impl InCommon for Model {
             lanes.filter(|(j, _)| is_per_inertia(term, *j)).filter_map(|(_, lane)| lane)
         });
         let inertia = Group::of_inertia(&self.packed(), nominal.chain(forces));
+        let strengths = Group::of_strengths(&self.terms, &self.packed(), |k| self.amounts(Of::Term(k)));
         let special_cases = Group::of_special_cases(&self.terms, |k| self.packed_of(k)[0]);
-        plant.chain(effects).chain(special_cases).chain(inertia).collect()
+        plant.chain(effects).chain(strengths).chain(special_cases).chain(inertia).collect()
     }
 
     fn readings(&self, of: Of, plant: &Plant) -> Vec<(Parameter, Gradient, Sort)> {
