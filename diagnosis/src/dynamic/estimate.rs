@@ -5,7 +5,7 @@
 use fitter::plant::Hold;
 use numerics::parallel;
 
-use super::data::{CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, SCORE_ROWS, over};
+use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, SCORE_ROWS, over};
 use super::gram::Grams;
 use super::model::Model;
 use super::simulate::Unstable;
@@ -76,6 +76,13 @@ impl<M: Simulated> Fitted<M> {
     /// Root mean square of the residual of the wanted kinds of rows.
     pub fn rms(&self, folds: Folds) -> f64 {
         (self.cost(folds) / over(folds, &self.rows).max(1) as f64).sqrt()
+    }
+
+    /// The part of the motion that it leaves: squared residuals over squares of the recorded position about its mean.
+    pub fn part_left(&self, data: &Data) -> f64 {
+        let rows = data.runs.iter().flat_map(|run| &data.position[run.clone()]);
+        let motion = numerics::centred(&rows.copied().collect::<Vec<f64>>());
+        self.cost(ALL) / motion.iter().map(|y| y * y).sum::<f64>().max(f64::MIN_POSITIVE)
     }
 
     /// The simulated positions of all runs, row for row of the recording; NaN in rows of no run.

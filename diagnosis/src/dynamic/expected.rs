@@ -37,10 +37,7 @@ pub fn nominal(
         }
     };
     let best = best.ok_or_else(|| recording.lost(100.0))?;
-    let middle = numerics::mean(data.position);
-    let rows = data.runs.iter().flat_map(|r| r.clone());
-    let whole: f64 = rows.map(|k| (data.position[k] - middle).powi(2)).sum();
-    let part = best.cost(ALL) / whole.max(f64::MIN_POSITIVE);
+    let part = best.part_left(data);
     if part > LOST { Err(recording.lost(100.0 * part)) } else { Ok(best) }
 }
 

@@ -86,8 +86,8 @@ fn ids(group: Group, number: usize, generator: &mut ChaCha12Rng) -> Vec<&'static
     }
 }
 
-/// Whether the catalogue of free runs has an effect; none where the effect makes no sense in these trials: friction beyond a
-/// play takes from a friction of the mechanism, and these have none. It is among the trials under feedback.
+/// Whether the diagnosis of free runs has an effect in its catalogue; friction at one place it has under feedback alone. None
+/// where an effect makes no sense in these mechanisms: friction beyond a play takes from a friction that they do not have.
 pub(super) fn known_in_free_run(effect: &Specification) -> Option<bool> {
     match effect.id {
         "backlash" => None,

@@ -73,9 +73,7 @@ pub fn attempt<T>(
     let lost = || no_equations(recording, 100.0);
     let nominal = start::nominal(&plant, &data)?.ok_or_else(lost)?;
     let (windows, seen) = (&nominal.windows, &nominal.free);
-    let middle = numerics::mean(&recording.positions[0]);
-    let whole: f64 = recording.positions[0].iter().map(|y| (y - middle).powi(2)).sum();
-    let left = seen.rms(ALL).powi(2) * data.count(ALL) as f64 / whole;
+    let left = seen.part_left(windows);
     if left > LOST {
         return Err(no_equations(recording, 100.0 * left));
     }

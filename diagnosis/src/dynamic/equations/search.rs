@@ -206,11 +206,7 @@ impl Search<'_> {
     /// Whether a free run leaves so little of the motion that it is nowhere out of step: an observer leads to the same
     /// estimates then.
     fn keeps_step(&self, fitted: &Fitted<Model>) -> bool {
-        let rows = self.data.runs.iter().flat_map(|run| &self.data.position[run.clone()]);
-        let recorded: Vec<f64> = rows.copied().collect();
-        let middle = numerics::mean(&recorded);
-        let motion: f64 = recorded.iter().map(|y| (y - middle).powi(2)).sum();
-        fitted.cost(ALL) <= IN_STEP.powi(2) * motion
+        fitted.part_left(self.data) <= IN_STEP.powi(2)
     }
 
     /// Whether what a model leaves is nearly all predicted by its own past.
