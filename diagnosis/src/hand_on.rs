@@ -17,7 +17,7 @@ use crate::model::{FittedTerm, Model};
 use crate::refit;
 use crate::rows::Rows;
 use crate::screened::Seen;
-use crate::thresholds::hand_on::MARGIN;
+use crate::thresholds::hand_on::{BEYOND, MARGIN};
 
 /// Everything that turns a model of a recording into what is handed on, and counts what that leaves.
 pub struct HandOn<'a> {
@@ -198,7 +198,7 @@ impl HandOn<'_> {
             parts.file.version = VERSION_EXPRESSION;
             if effect.is_form() {
                 let within =
-                    |name: &&str| Some((name.to_string(), covered(&Read(&parts.rows).column(name)?)));
+                    |name: &&str| Some((name.to_string(), wider(&Read(&parts.rows).column(name)?, BEYOND)));
                 expressed.limits = effect.further_columns().iter().filter_map(within).collect();
             }
         }
@@ -293,15 +293,15 @@ fn observed(recording: &Recording, mirror: &Mirror, terms: &[Term]) -> BTreeMap<
     let covered = |name: &str| {
         let values = observables.get(name).ok()?;
         let known: Vec<f64> = values.iter().copied().filter(|v| !v.is_nan()).collect();
-        Some((name.to_string(), covered(&known)))
+        Some((name.to_string(), wider(&known, MARGIN)))
     };
     names.filter(|name| !depends_on_angle(name)).filter_map(covered).collect()
 }
 
-/// The range of values, with a margin.
-fn covered(values: &[f64]) -> [f64; 2] {
+/// The range of values, wider on both sides by a part of it.
+fn wider(values: &[f64], part: f64) -> [f64; 2] {
     let (from, to) = range(values);
-    let margin = MARGIN * (to - from);
+    let margin = part * (to - from);
     [from - margin, to + margin]
 }
 

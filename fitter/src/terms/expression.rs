@@ -24,7 +24,7 @@ pub struct Expressed {
     /// The other parameters with their values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<Fixed>,
-    /// Between which values columns are limited before they are read: beyond what was recorded nothing speaks for a form
+    /// Between which values columns are limited before they are read: far beyond what was recorded nothing speaks for a form
     /// without a name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub limits: BTreeMap<String, [f64; 2]>,
