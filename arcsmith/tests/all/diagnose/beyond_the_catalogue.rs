@@ -172,31 +172,6 @@ fn bits_of_a_converter_are_no_wave() {
 }
 
 #[test]
-fn zero_and_sensitivity_that_change_with_two_columns_are_one_form() {
-    let scene = scene();
-    let mut noise = normal(51);
-    let rows = schedule();
-    let path = recording(scene.folder.path(), "air.csv", 6, |row, cells| {
-        let (angle, temperature) = rows[row];
-        let pressure = 1005.0 + 6.0 * (row as f64 / 31.0).sin();
-        let density = (pressure - 1005.0) / 1005.0 - (temperature - 27.0) / 300.0;
-        cells[5] = format!("{:.3}", 3600.0 * angle * 0.97 - 300.0 * (2.0 + angle) * density + 0.5 * noise());
-        cells.push(format!("{pressure:.3}"));
-    });
-    let text = std::fs::read_to_string(&path).expect("a recording");
-    std::fs::write(&path, text.replacen("temperature_c", "temperature_c,pressure_hpa", 1)).expect("a file");
-    let (output, out) = scene.diagnose(&[&path], &["--no-report"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let json = scene.json(&out, "air");
-    assert_eq!(said(&json).0, "described [\"empirical_1\"]", "{json}");
-    let title = json["effects"][0]["title"].as_str().expect("a title");
-    assert!(
-        title.starts_with("a sensitivity and a zero that change with") && title.contains("and pressure_hpa"),
-        "{title}"
-    );
-}
-
-#[test]
 fn what_a_coil_heats_is_described_handed_on_and_limited_beyond_what_was_recorded() {
     let scene = scene();
     let mut noise = normal(77);
