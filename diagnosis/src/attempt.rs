@@ -54,15 +54,15 @@ impl Attempt<'_> {
     }
 
     /// Whether an attempt with forms is to be preferred to this one of named effects alone: where these explain everything,
-    /// only by a clearly greater merit of its terms, and where it leaves structure only if no more terms do better on held-out
-    /// readings.
+    /// only by a clearly greater merit of its terms. Where it leaves structure, it must also have no more effects and leave less
+    /// of held-out readings: two effects that explain everything are not given up for five that do not.
     fn gives_way_to(&self, with_forms: &Attempt) -> bool {
         if self.leaves_structure() {
             let fitted = |attempt: &Attempt| attempt.fit.after.train_rms;
             return with_forms.left() < self.left() && fitted(with_forms) <= NO_WORSE * fitted(self);
         }
-        let no_longer = with_forms.said.effects.len() <= self.said.effects.len();
-        let does_better = no_longer && with_forms.left() < self.left();
+        let as_short = with_forms.said.effects.len() <= self.said.effects.len();
+        let does_better = as_short && with_forms.left() < self.left();
         (does_better || !with_forms.leaves_structure()) && self.has_less_merit_than(&with_forms.explanation)
     }
 
