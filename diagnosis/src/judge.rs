@@ -320,9 +320,15 @@ impl<'a> Judge<'a, '_> {
         let shows = |choice: &Choice| {
             proof.shows(self.hand_on, choice, order).filter(|shown| shown.rms <= NO_WORSE * proof.before())
         };
-        // As the whole search would have found it; else these effects, fitted without the held-out rows.
+        // As the whole search would have found it; where that shows nothing, these effects, fitted without the held-out rows.
+        let certain = |shown: &Shown| gain(&shown.gains).ci95[0] > 0.0;
         let searched = if as_found { shows(&Choice::Searched) } else { None };
-        if let Some(shown) = searched.or_else(|| shows(&Choice::Of(named))) {
+        let shown = match searched {
+            Some(searched) if certain(&searched) => Some(searched),
+            Some(searched) => Some(shows(&Choice::Of(named)).filter(certain).unwrap_or(searched)),
+            None => shows(&Choice::Of(named)),
+        };
+        if let Some(shown) = shown {
             return Ok(Handed { model, refitted, left, shown: Some(shown) });
         }
         let worst = least(named.len(), |k| {

@@ -85,6 +85,47 @@ fn what_lets_go_at_a_temperature_is_no_two_steps() {
 }
 
 #[test]
+fn a_fan_that_a_thermostat_switches_is_described() {
+    // On above 30 °C, off below 20 °C; what it cools follows within 10 s.
+    let (mut runs, mut cooled) = (false, 0.0);
+    let cooled: Vec<f64> = schedule()
+        .iter()
+        .map(|(_, t)| {
+            runs = *t > 30.0 || runs && *t > 20.0;
+            cooled += 0.26 * (f64::from(u8::from(runs)) - cooled);
+            cooled
+        })
+        .collect();
+    for seed in [1, 2] {
+        let json = diagnosed(|row, _, _| 8.0 * cooled[row], &white(seed), seed);
+        let formula = json["effects"][0]["formula"].as_str().unwrap_or_default();
+        assert!(formula.starts_with("k * lowpass(tanh(20 * (play(temperature_c, r) - at)"), "{json}");
+        assert_eq!(json["verdict"], "described", "{seed}");
+    }
+}
+
+#[test]
+fn what_the_furthest_excursions_leave_is_described() {
+    // 8 arcsec beyond ±1.3°, of the sign of the last such excursion, fading to a third within half a degree from its end.
+    let mut end: f64 = 0.0;
+    let left: Vec<f64> = schedule()
+        .iter()
+        .map(|(angle, _)| {
+            let left = if end == 0.0 { 0.0 } else { end.signum() * (-(angle - end).abs() / 0.45).exp() };
+            if angle.abs() > 1.3 && (angle.abs() > end.abs() || angle * end < 0.0) {
+                end = *angle;
+            }
+            left
+        })
+        .collect();
+    for seed in [1, 2] {
+        let json = diagnosed(|row, _, _| 8.0 * left[row], &white(seed), seed);
+        let formula = json["effects"][0]["formula"].as_str().unwrap_or_default();
+        assert!(formula.ends_with("* exp(angle * tanh(20 * (play(angle, r) - at) / r) / width)"), "{json}");
+    }
+}
+
+#[test]
 fn what_names_leave_is_not_taken_for_memory() {
     // Heat that goes with the square of the angle and dies away in 100 s, in correlated noise for 7 s.
     let mut heat = 0.0;
