@@ -102,7 +102,10 @@ pub(crate) fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'stati
         let of = |p: &i64| passes.iter().position(|q| q == p).unwrap_or(0);
         return (rows.pass.iter().map(of).collect(), passes.len(), "pass");
     }
-    let blocks = if several { (rows.len() / ROWS_OF_A_BLOCK).max(1) } else { (rows.len() / 20).clamp(1, 12) };
+    let blocks = match passes.len() {
+        0 | 1 => (rows.len() / 20).clamp(1, 12),
+        _ => (rows.len() / ROWS_OF_A_BLOCK).max(1),
+    };
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")
 }
 
@@ -352,9 +355,13 @@ mod tests {
 
     #[test]
     fn an_only_pass_of_a_direction_is_not_held_out_whole() {
-        let by = |stretches: &[(f64, f64)]| groups(&rows(stretches), Groups::Passes).2;
-        assert_eq!(by(&[(-1.0, 1.0), (1.0, -1.0), (-1.0, 1.0)]), "block");
-        assert_eq!(by(&[(-1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, -1.0)]), "pass");
+        let held_out = |stretches: &[(f64, f64)]| {
+            let (_, count, by) = groups(&rows(stretches), Groups::Passes);
+            (count, by)
+        };
+        // Two rows each, so that the others reach wherever one is.
+        assert_eq!(held_out(&[(-1.0, 1.0), (1.0, -1.0), (-1.0, 1.0)]), (16, "block"));
+        assert_eq!(held_out(&[(-1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, -1.0)]), (4, "pass"));
     }
 
     #[test]
