@@ -13,7 +13,7 @@ use crate::hand_on::HandOn;
 use crate::model::{FittedTerm, Model, choose_order, predictive};
 use crate::rows::Rows;
 use crate::search::Term;
-use crate::thresholds::held_out::{BEYOND, COVERED, FEW_OF_A_PASS, FOLDS, JUDGED, ROWS_OF_A_BLOCK};
+use crate::thresholds::held_out::{BEYOND, BLOCKS, COVERED, FEW_OF_A_PASS, FOLDS, JUDGED, ROWS_OF_A_BLOCK};
 
 /// Root mean square of the residual on the rows that were fitted, and on those that were held out.
 #[derive(Debug, Clone, Serialize)]
@@ -103,8 +103,9 @@ pub(crate) fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'stati
         return (rows.pass.iter().map(of).collect(), passes.len(), "pass");
     }
     let blocks = match passes.len() {
-        0 | 1 => (rows.len() / 20).clamp(1, 12),
-        _ => (rows.len() / ROWS_OF_A_BLOCK).max(1),
+        0 | 1 => (rows.len() / 20).clamp(1, BLOCKS),
+        _ if several => (rows.len() / ROWS_OF_A_BLOCK).max(1),
+        _ => (rows.len() / ROWS_OF_A_BLOCK).clamp(1, BLOCKS),
     };
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")
 }
@@ -359,8 +360,7 @@ mod tests {
             let (_, count, by) = groups(&rows(stretches), Groups::Passes);
             (count, by)
         };
-        // Two rows each, so that the others reach wherever one is.
-        assert_eq!(held_out(&[(-1.0, 1.0), (1.0, -1.0), (-1.0, 1.0)]), (16, "block"));
+        assert_eq!(held_out(&[(-1.0, 1.0), (1.0, -1.0), (-1.0, 1.0)]), (12, "block"));
         assert_eq!(held_out(&[(-1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, -1.0)]), (4, "pass"));
     }
 
