@@ -13,7 +13,9 @@ use crate::hand_on::HandOn;
 use crate::model::{FittedTerm, Model, choose_order, predictive};
 use crate::rows::Rows;
 use crate::search::Term;
-use crate::thresholds::held_out::{BEYOND, BLOCKS, COVERED, FEW_OF_A_PASS, FOLDS, JUDGED, ROWS_OF_A_BLOCK};
+use crate::thresholds::held_out::{
+    BEYOND, BLOCKS, COVERED, FEW_OF_A_PASS, FOLDS, JUDGED, ROWS_OF_A_BLOCK, ROWS_OF_A_MOVE,
+};
 
 /// Root mean square of the residual on the rows that were fitted, and on those that were held out.
 #[derive(Debug, Clone, Serialize)]
@@ -103,8 +105,9 @@ pub(crate) fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'stati
         return (rows.pass.iter().map(of).collect(), passes.len(), "pass");
     }
     let blocks = match passes.len() {
-        0 | 1 => (rows.len() / 20).clamp(1, BLOCKS),
+        0 | 1 => (rows.len() / ROWS_OF_A_MOVE).clamp(1, BLOCKS),
         _ if several => (rows.len() / ROWS_OF_A_BLOCK).max(1),
+        // A pass that no other one repeats.
         _ => (rows.len() / ROWS_OF_A_BLOCK).clamp(1, BLOCKS),
     };
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")
@@ -294,6 +297,13 @@ impl Proof<'_> {
         let gains = held.iter().map(gain).collect();
         let chosen_without = matches!(choice, Choice::Searched);
         Some(Shown { rms: self.rms(|fold| &left[fold], |_| true), gains, chosen_without })
+    }
+}
+
+impl Gain {
+    /// Whether it is above zero beyond its interval.
+    pub fn is_certain(&self) -> bool {
+        self.ci95[0] > 0.0
     }
 }
 

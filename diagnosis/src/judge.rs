@@ -171,7 +171,7 @@ impl<'a> Judge<'a, '_> {
             let beyond = self.beyond_noise(model);
             model.terms.iter().filter(|t| t.effect.is_some()).all(|t| beyond.iter().any(|b| same(b, &t.term)))
         };
-        gain.value > 0.0 && (shown.chosen_without || gain.ci95[0] > 0.0 || found_in_any_noise())
+        gain.value > 0.0 && (shown.chosen_without || gain.is_certain() || found_in_any_noise())
     }
 
     /// Leaves out the effects that noise which lasts does as well as.
@@ -320,8 +320,9 @@ impl<'a> Judge<'a, '_> {
         let shows = |choice: &Choice| {
             proof.shows(self.hand_on, choice, order).filter(|shown| shown.rms <= NO_WORSE * proof.before())
         };
-        // As the whole search would have found it; where that shows nothing, these effects, fitted without the held-out rows.
-        let certain = |shown: &Shown| gain(&shown.gains).ci95[0] > 0.0;
+        // As the whole search would have found it; where that shows nothing, as these effects do, fitted without the held-out
+        // rows.
+        let certain = |shown: &Shown| gain(&shown.gains).is_certain();
         let searched = if as_found { shows(&Choice::Searched) } else { None };
         let shown = match searched {
             Some(searched) if certain(&searched) => Some(searched),

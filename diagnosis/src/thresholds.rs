@@ -912,10 +912,12 @@ pub mod hand_on {
 pub mod held_out {
     /// Most folds.
     pub const FOLDS: usize = 4;
-    /// Blocks of a recording with a single pass of a direction, at most. Where it had one block for every twenty rows, the
-    /// polynomial erred by more than the noise floor allows: of ten recordings of nothing with three passes of some thirty rows
+    /// Most blocks of a single move, and of a recording with a single pass of a direction. Where the latter had one block for
+    /// every twenty rows, the polynomial erred by more than the noise floor allows: of ten recordings of nothing with three passes of some thirty rows
     /// (`trials beyond`, seeds 306659279 and 366804510) three were said to have structure; with twelve, none.
     pub const BLOCKS: usize = 12;
+    /// Fewest rows of a block of a single move, by judgement: no other pass tells what belongs into a gap.
+    pub const ROWS_OF_A_MOVE: usize = 20;
     /// Fewest rows of a block where there are several passes: few, since of a step within one nobody can tell the row.
     pub const ROWS_OF_A_BLOCK: usize = 2;
     /// Part of the stroke within which a held-out reading must have a reading that is not held out.

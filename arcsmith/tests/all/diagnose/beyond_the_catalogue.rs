@@ -20,6 +20,11 @@ fn schedule() -> Vec<(f64, f64)> {
         .collect()
 }
 
+/// What follows angle and temperature of that schedule, row by row.
+fn over_schedule(mut next: impl FnMut(f64, f64) -> f64) -> Vec<f64> {
+    schedule().into_iter().map(|(angle, temperature)| next(angle, temperature)).collect()
+}
+
 /// The diagnosis of that schedule with `effect` (arcsec, of row, angle and temperature) and `noise` (arcsec).
 fn diagnosed(effect: impl Fn(usize, f64, f64) -> f64, noise: &[f64], seed: u64) -> Value {
     let scene = scene();
@@ -88,14 +93,11 @@ fn what_lets_go_at_a_temperature_is_no_two_steps() {
 fn a_fan_that_a_thermostat_switches_is_described() {
     // On above 30 °C, off below 20 °C; what it cools follows within 10 s.
     let (mut runs, mut cooled) = (false, 0.0);
-    let cooled: Vec<f64> = schedule()
-        .iter()
-        .map(|(_, t)| {
-            runs = *t > 30.0 || runs && *t > 20.0;
-            cooled += 0.26 * (f64::from(u8::from(runs)) - cooled);
-            cooled
-        })
-        .collect();
+    let cooled = over_schedule(|_, t| {
+        runs = t > 30.0 || runs && t > 20.0;
+        cooled += 0.26 * (f64::from(u8::from(runs)) - cooled);
+        cooled
+    });
     for seed in [1, 2] {
         let json = diagnosed(|row, _, _| 8.0 * cooled[row], &white(seed), seed);
         let formula = json["effects"][0]["formula"].as_str().unwrap_or_default();
@@ -108,16 +110,13 @@ fn a_fan_that_a_thermostat_switches_is_described() {
 fn what_the_furthest_excursions_leave_is_described() {
     // 8 arcsec beyond ±1.3°, of the sign of the last such excursion, fading to a third within half a degree from its end.
     let mut end: f64 = 0.0;
-    let left: Vec<f64> = schedule()
-        .iter()
-        .map(|(angle, _)| {
-            let left = if end == 0.0 { 0.0 } else { end.signum() * (-(angle - end).abs() / 0.45).exp() };
-            if angle.abs() > 1.3 && (angle.abs() > end.abs() || angle * end < 0.0) {
-                end = *angle;
-            }
-            left
-        })
-        .collect();
+    let left = over_schedule(|angle, _| {
+        let left = if end == 0.0 { 0.0 } else { end.signum() * (-(angle - end).abs() / 0.45).exp() };
+        if angle.abs() > 1.3 && (angle.abs() > end.abs() || angle * end < 0.0) {
+            end = angle;
+        }
+        left
+    });
     for seed in [1, 2] {
         let json = diagnosed(|row, _, _| 8.0 * left[row], &white(seed), seed);
         let formula = json["effects"][0]["formula"].as_str().unwrap_or_default();
@@ -129,13 +128,10 @@ fn what_the_furthest_excursions_leave_is_described() {
 fn what_names_leave_is_not_taken_for_memory() {
     // Heat that goes with the square of the angle and dies away in 100 s, in correlated noise for 7 s.
     let mut heat = 0.0;
-    let heats: Vec<f64> = schedule()
-        .iter()
-        .map(|(angle, _)| {
-            heat += (3.0 / 100.0) * ((angle / 1.5).powi(2) - heat);
-            heat
-        })
-        .collect();
+    let heats = over_schedule(|angle, _| {
+        heat += (3.0 / 100.0) * ((angle / 1.5).powi(2) - heat);
+        heat
+    });
     for seed in [13, 35] {
         let json = diagnosed(|row, _, _| 5.0 * heats[row], &wandering(186, seed), seed);
         // A form or structure without a form, but no name for all of it.
