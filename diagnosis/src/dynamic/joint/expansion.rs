@@ -32,6 +32,20 @@ impl Expansion {
     }
 }
 
+/// What a recording says of a model at first: how badly it fits, and the rest where that is wanted.
+pub struct Costed<'a> {
+    /// Sum of the squares that are left.
+    pub cost: f64,
+    /// The expansion about there; none where it is of no numbers.
+    pub expand: Box<dyn FnOnce() -> Option<Expansion> + Send + 'a>,
+}
+
+impl From<Expansion> for Costed<'_> {
+    fn from(expansion: Expansion) -> Self {
+        Costed { cost: expansion.cost, expand: Box::new(|| Some(expansion)) }
+    }
+}
+
 /// By how much which parameters change.
 pub type Direction = Vec<(usize, f64)>;
 
@@ -76,18 +90,23 @@ pub struct Point {
 
 /// The parameters of both recordings that explain them best, from the best of some starts by Marquardt's method, and what the
 /// recordings say about there; none where they can be simulated from no start.
-pub fn estimated(
+pub fn estimated<'a>(
     starts: &[Point],
     differing: &[Direction],
-    expanded: impl Fn(usize, &[f64]) -> Option<Expansion> + Sync,
+    costed: impl Fn(usize, &[f64]) -> Option<Costed<'a>> + Sync,
 ) -> Option<(Point, [Expansion; 2])> {
-    let about = |packed: &[Vec<f64>; 2]| {
-        let (then, now) = parallel::join(|| expanded(0, &packed[0]), || expanded(1, &packed[1]));
-        Some([then?, now?])
+    let at = |packed: &[Vec<f64>; 2]| {
+        let (then, now) = parallel::join(|| costed(0, &packed[0]), || costed(1, &packed[1]));
+        let (then, now) = (then?, now?);
+        let expand = move || {
+            let (then, now) = parallel::join(then.expand, now.expand);
+            Some([then?, now?])
+        };
+        Some((then.cost + now.cost, expand))
     };
-    let cost = |about: &[Expansion; 2]| about[0].cost + about[1].cost;
-    let begun = starts.iter().filter_map(|point| Some((point.clone(), about(&point.packed)?)));
-    let (mut point, mut known) = begun.min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)))?;
+    let begun = starts.iter().filter_map(|point| Some((point, at(&point.packed)?)));
+    let (point, (mut cost, expand)) = begun.min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+    let (mut point, mut known) = (point.clone(), expand()?);
     let mut lambda = 0.0;
     for _ in 0..PATIENCE {
         let (normal, right) = together(&known, differing);
@@ -104,9 +123,10 @@ pub fn estimated(
             direction.iter().for_each(|(lane, part)| there.packed[1][*lane] += by * part);
             *length += by;
         }
-        match about(&there.packed).filter(|next| cost(next) < cost(&known)) {
-            Some(next) => {
-                (point, known) = (there, next);
+        let better = at(&there.packed).filter(|(next, _)| *next < cost);
+        match better.and_then(|(next, expand)| Some((next, expand()?))) {
+            Some((next, about)) => {
+                (point, cost, known) = (there, next, about);
                 lambda *= 0.1;
             }
             None => lambda = f64::max(10.0 * lambda, 1e-2),
@@ -126,7 +146,7 @@ mod tests {
             let (at, weight) = [(1.0, 1.0), (2.0, 4.0)][recording];
             let off: f64 = at - packed[0];
             let information = Symmetric { size: 1, entries: vec![weight] };
-            Some(Expansion { cost: weight * off * off, pull: vec![weight * off], information })
+            Some(Expansion { cost: weight * off * off, pull: vec![weight * off], information }.into())
         };
         let start = |lengths| [Point { packed: [vec![0.0], vec![0.0]], lengths }];
         let (Point { packed: same, .. }, about) = estimated(&start(Vec::new()), &[], expanded).unwrap();

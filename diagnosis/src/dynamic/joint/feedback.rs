@@ -10,7 +10,7 @@ use fitter::plant::Plant;
 use numerics::parallel;
 
 use super::coefficients::{self, Linearised, coefficients, is_shape, of_one, owners, polished};
-use super::expansion::Expansion;
+use super::expansion::{Costed, Expansion};
 use super::second_order::readings;
 use super::{Gradient, Group, INERTIA, INERTIA_TITLE, Joint, Of, Side};
 use crate::dynamic::candidates::Candidates;
@@ -246,8 +246,8 @@ impl Side for UnderFeedback<'_> {
         self.packed.clone()
     }
 
-    fn expanded(&self, packed: &[f64]) -> Option<Expansion> {
-        Some(self.by_own_fit(packed))
+    fn costed(&self, packed: &[f64]) -> Option<Costed<'_>> {
+        Some(self.by_own_fit(packed).into())
     }
 
     fn own(&self) -> &Expansion {

@@ -11,12 +11,14 @@ pub mod free_run;
 pub mod modes;
 mod second_order;
 
+use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use numerics::{Symmetric, parallel, rms};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use self::expansion::{Direction, Expansion, Point, estimated, promised, together};
+use self::expansion::{Costed, Direction, Expansion, Point, estimated, promised, together};
 use super::data::{ALL, Data, Folds, SCORE, UNSCORED};
 use super::interval::{Sort, around};
 use super::model::Term;
@@ -115,7 +117,7 @@ pub trait Side: Sized + Send + Sync {
     fn packed(&self) -> Vec<f64>;
 
     /// What the recording says of a model about some packed parameters; none where it cannot be simulated there.
-    fn expanded(&self, packed: &[f64]) -> Option<Expansion>;
+    fn costed(&self, packed: &[f64]) -> Option<Costed<'_>>;
 
     /// What it says about its own fit.
     fn own(&self) -> &Expansion;
@@ -189,6 +191,8 @@ pub struct Joint<S> {
     pub groups: Vec<Group>,
     /// Number of effects among which one of the groups was sought.
     sought: usize,
+    /// What was solved, by the groups that differ: the same are asked for again and again.
+    solved: Mutex<HashMap<Vec<usize>, Arc<Solved>>>,
 }
 
 /// The parameters where some groups differ.
@@ -233,7 +237,7 @@ impl<S: Side> Joint<S> {
     /// Of two recordings that were fitted by the same model.
     pub fn new(then: S, now: S) -> Joint<S> {
         let groups = then.groups().into_iter().filter(|group| !group.directions.is_empty()).collect();
-        Joint { sides: [then, now], groups, sought: 0 }
+        Joint { sides: [then, now], groups, sought: 0, solved: Mutex::default() }
     }
 
     /// The same where one of its effects was sought among so many.
@@ -257,14 +261,25 @@ impl<S: Side> Joint<S> {
     /// The same by the rows alone that do not score.
     pub fn unscored(&self) -> Option<Joint<S>> {
         let (a, b) = parallel::join(|| self.sides[0].unscored(), || self.sides[1].unscored());
-        Some(Joint { sides: [a?, b?], groups: self.groups.clone(), sought: self.sought })
+        let (sides, groups) = ([a?, b?], self.groups.clone());
+        Some(Joint { sides, groups, sought: self.sought, solved: Mutex::default() })
     }
 
     /// The parameters with these groups differing.
-    pub fn solve(&self, changed: &[usize]) -> Solved {
+    pub fn solve(&self, changed: &[usize]) -> Arc<Solved> {
+        let known = || self.solved.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(solved) = known().get(changed) {
+            return solved.clone();
+        }
+        let solved = Arc::new(self.solved_anew(changed));
+        known().insert(changed.to_vec(), solved.clone());
+        solved
+    }
+
+    fn solved_anew(&self, changed: &[usize]) -> Solved {
         let differing = self.directions(changed);
         let own = self.sides.each_ref().map(S::packed);
-        let of_own = |recording: usize, packed: &[f64]| Some(self.sides[recording].by_own_fit(packed));
+        let of_own = |recording: usize, packed: &[f64]| Some(self.sides[recording].by_own_fit(packed).into());
         // With every difference of one parameter as the own fits have it, or none.
         let apart = |direction: &Direction| match direction[..] {
             [(lane, part)] => (own[1][lane] - own[0][lane]) / part,
@@ -289,7 +304,7 @@ impl<S: Side> Joint<S> {
         }
         let first = estimated(&starts, &differing, of_own);
         starts.extend(first.iter().map(|(point, _)| point.clone()));
-        let exact = |recording: usize, packed: &[f64]| self.sides[recording].expanded(packed);
+        let exact = |recording: usize, packed: &[f64]| self.sides[recording].costed(packed);
         let found = estimated(&starts, &differing, exact).or(first);
         // The one by the own fits is always there.
         let (point, about) =

@@ -7,15 +7,16 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use fitter::plant::Plant;
-use numerics::{Limits, Symmetric, parallel, rms};
+use numerics::{Limits, Normal, Symmetric, parallel, rms};
 
-use super::expansion::Expansion;
+use super::expansion::{Costed, Expansion};
 use super::{Direction, Gradient, Group, Joint, Of, Side};
 use crate::dynamic::data::{Data, Folds};
 use crate::dynamic::interval::Sort;
 use crate::dynamic::linear::diagnose::free_run;
 use crate::dynamic::linear::looped::{Looped, Stretch};
 use crate::dynamic::linear::plan::Plan;
+use crate::dynamic::linear::sensitivity::Simulated;
 use crate::dynamic::linear::{file, sensitivity};
 use crate::dynamic::noise::autoregression;
 use crate::dynamic::recording::DynamicRecording;
@@ -122,6 +123,20 @@ fn rate(model: &Looped, block: usize) -> Complex {
     Complex::new(re, im).ln()
 }
 
+/// In units of the noise.
+fn expansion(normal: &Normal, variance: f64) -> Option<Expansion> {
+    let size = normal.gradient.len();
+    let mut information = Symmetric::zero(size);
+    for i in 0..size {
+        for j in 0..size {
+            *information.at_mut(i, j) = normal.gram[(i.max(j), i.min(j))] / variance;
+        }
+    }
+    let pull = normal.gradient.iter().map(|slope| -slope / variance).collect();
+    let expansion = Expansion { cost: normal.cost / variance, pull, information };
+    expansion.is_finite().then_some(expansion)
+}
+
 impl<'a> Structure<'a> {
     fn of(
         recording: &'a DynamicRecording,
@@ -154,10 +169,10 @@ impl<'a> Structure<'a> {
             whitening,
             variance: 1.0,
         };
-        let parameters = structure.model.parameters();
-        let unscaled = structure.expanded(&parameters)?;
-        structure.variance = unscaled.cost / left.len().max(1) as f64;
-        structure.own = structure.expanded(&parameters)?;
+        let simulated = Simulated::of(&structure.model, &structure.stretches, &structure.whitening)?;
+        let normal = simulated.normal();
+        structure.variance = normal.cost / left.len().max(1) as f64;
+        structure.own = expansion(&normal, structure.variance)?;
         Some(structure)
     }
 
@@ -243,19 +258,10 @@ impl Side for Structure<'_> {
         self.model.parameters()
     }
 
-    fn expanded(&self, packed: &[f64]) -> Option<Expansion> {
-        let model = self.model.with(packed);
-        let normal = sensitivity::normal_equations(&model, &self.stretches, &self.whitening)?;
-        let size = packed.len();
-        let mut information = Symmetric::zero(size);
-        for i in 0..size {
-            for j in 0..size {
-                *information.at_mut(i, j) = normal.gram[(i.max(j), i.min(j))] / self.variance;
-            }
-        }
-        let pull = normal.gradient.iter().map(|slope| -slope / self.variance).collect();
-        let expansion = Expansion { cost: normal.cost / self.variance, pull, information };
-        expansion.is_finite().then_some(expansion)
+    fn costed(&self, packed: &[f64]) -> Option<Costed<'_>> {
+        let simulated = Simulated::of(&self.model.with(packed), &self.stretches, &self.whitening)?;
+        let (cost, variance) = (simulated.cost / self.variance, self.variance);
+        Some(Costed { cost, expand: Box::new(move || expansion(&simulated.normal(), variance)) })
     }
 
     fn own(&self) -> &Expansion {

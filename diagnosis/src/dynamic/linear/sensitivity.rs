@@ -82,81 +82,109 @@ struct Trajectory {
 /// The normal equations of what a model leaves of the stretches, weighted and, where an autoregression is given, whitened; none
 /// of an unstable model.
 pub fn normal_equations(model: &Looped, stretches: &[Stretch], whitening: &[f64]) -> Option<Normal> {
-    if !admissible(model) {
-        return None;
-    }
-    let entries = entries(model);
-    let mut sum = Normal::zeros(entries.len());
-    for stretch in stretches {
-        add_stretch(model, stretch, &entries, whitening, &mut sum)?;
-    }
-    Some(sum)
+    Some(Simulated::of(model, stretches, whitening)?.normal())
 }
 
-fn add_stretch(
-    model: &Looped,
-    stretch: &Stretch,
-    entries: &[Vec<Entry>],
-    whitening: &[f64],
-    sum: &mut Normal,
-) -> Option<()> {
-    let p = model.linear.outputs;
-    let path = trajectory(model, stretch)?;
-    let rows = path.y.len() / p - path.lead;
-    let (first, size) = (stretch.skip.min(rows), entries.len());
-    let kept = (rows - first) * p;
-    if kept == 0 {
-        return Some(());
+/// A model's simulations of some stretches: their cost, and the normal equations where that is low enough.
+pub struct Simulated<'a> {
+    model: Looped,
+    whitening: &'a [f64],
+    runs: Vec<Run<'a>>,
+    /// Σ of the squares of what it leaves, weighted and whitened.
+    pub cost: f64,
+}
+
+/// A simulated stretch.
+struct Run<'a> {
+    stretch: &'a Stretch,
+    path: Trajectory,
+    /// The first row that counts, and what the model leaves from there on, weighted and whitened.
+    first: usize,
+    residual: Vec<f64>,
+}
+
+impl<'a> Simulated<'a> {
+    /// Of a model; none where it is unstable.
+    pub fn of(model: &Looped, stretches: &'a [Stretch], whitening: &'a [f64]) -> Option<Simulated<'a>> {
+        if !admissible(model) {
+            return None;
+        }
+        let runs = parallel::map(stretches, |stretch| Run::of(model, stretch, whitening));
+        let runs = runs.into_iter().collect::<Option<Vec<Run>>>()?;
+        let cost = runs.iter().map(|run| numerics::dot(&run.residual, &run.residual)).sum();
+        Some(Simulated { model: model.clone(), whitening, runs, cost })
     }
-    let lanes: Vec<&[Vec<Entry>]> = entries.chunks(LANES).collect();
-    let columns = parallel::map(&lanes, |entries| {
-        let mut columns = vec![0.0; kept * entries.len()];
-        let first = path.lead + first;
-        Arch::new().dispatch(Sensitivities {
-            model,
-            path: &path,
-            first,
-            entries,
-            columns: &mut columns,
-            kept,
+
+    /// The normal equations there.
+    pub fn normal(&self) -> Normal {
+        let entries = entries(&self.model);
+        let mut sum = Normal::zeros(entries.len());
+        sum.cost = self.cost;
+        for run in self.runs.iter().filter(|run| !run.residual.is_empty()) {
+            run.add(&self.model, &entries, self.whitening, &mut sum);
+        }
+        sum
+    }
+}
+
+impl<'a> Run<'a> {
+    fn of(model: &Looped, stretch: &'a Stretch, whitening: &[f64]) -> Option<Run<'a>> {
+        let p = model.linear.outputs;
+        let path = trajectory(model, stretch)?;
+        let first = stretch.skip.min(path.y.len() / p - path.lead);
+        let measured = &stretch.position[first * p..];
+        let predicted = &path.y[(path.lead + first) * p..];
+        let mut residual: Vec<f64> =
+            predicted.iter().zip(measured).map(|(y, measured)| stretch.weight * (y - measured)).collect();
+        whiten(&mut residual, whitening, p);
+        Some(Run { stretch, path, first, residual })
+    }
+
+    /// Adds its part of the gram matrix and of the gradient.
+    fn add(&self, model: &Looped, entries: &[Vec<Entry>], whitening: &[f64], sum: &mut Normal) {
+        let (size, kept) = (entries.len(), self.residual.len());
+        let lanes: Vec<&[Vec<Entry>]> = entries.chunks(LANES).collect();
+        let columns = parallel::map(&lanes, |entries| {
+            let mut columns = vec![0.0; kept * entries.len()];
+            Arch::new().dispatch(Sensitivities {
+                model,
+                path: &self.path,
+                first: self.path.lead + self.first,
+                entries,
+                columns: &mut columns,
+                kept,
+            });
+            columns.chunks_exact_mut(kept).for_each(|column| whiten(column, whitening, model.linear.outputs));
+            columns
         });
-        columns.chunks_exact_mut(kept).for_each(|column| whiten(column, whitening, p));
-        columns
-    });
-    let jacobian = columns.concat();
-    let measured = &stretch.position[first * p..];
-    let predicted = &path.y[(path.lead + first) * p..];
-    let mut residual: Vec<f64> =
-        predicted.iter().zip(measured).map(|(y, measured)| stretch.weight * (y - measured)).collect();
-    whiten(&mut residual, whitening, p);
-    let whole = MatRef::from_column_major_slice(&jacobian, kept, size);
-    let piece = kept.div_ceil(PIECES);
-    let grams = parallel::indices(0..PIECES, |k| {
-        let (from, to) = ((k * piece).min(kept), ((k + 1) * piece).min(kept));
-        let part = whole.subrows(from, to - from);
-        let mut gram = faer::Mat::<f64>::zeros(size, size);
-        triangular::matmul(
-            gram.as_mut(),
-            BlockStructure::TriangularLower,
-            Accum::Replace,
-            part.transpose(),
-            BlockStructure::Rectangular,
-            part,
-            BlockStructure::Rectangular,
-            1.0,
-            Par::Seq,
-        );
-        gram
-    });
-    let square = stretch.weight * stretch.weight;
-    for gram in grams {
-        sum.gram += faer::Scale(square) * gram;
+        let jacobian = columns.concat();
+        let whole = MatRef::from_column_major_slice(&jacobian, kept, size);
+        let piece = kept.div_ceil(PIECES);
+        let grams = parallel::indices(0..PIECES, |k| {
+            let (from, to) = ((k * piece).min(kept), ((k + 1) * piece).min(kept));
+            let part = whole.subrows(from, to - from);
+            let mut gram = faer::Mat::<f64>::zeros(size, size);
+            triangular::matmul(
+                gram.as_mut(),
+                BlockStructure::TriangularLower,
+                Accum::Replace,
+                part.transpose(),
+                BlockStructure::Rectangular,
+                part,
+                BlockStructure::Rectangular,
+                1.0,
+                Par::Seq,
+            );
+            gram
+        });
+        let weight = self.stretch.weight;
+        for gram in grams {
+            sum.gram += faer::Scale(weight * weight) * gram;
+        }
+        for (g, column) in sum.gradient.iter_mut().zip(jacobian.chunks_exact(kept)) {
+            *g += weight * numerics::dot(column, &self.residual);
+        }
     }
-    for (k, g) in sum.gradient.iter_mut().enumerate() {
-        *g += stretch.weight * numerics::dot(&jacobian[k * kept..(k + 1) * kept], &residual);
-    }
-    sum.cost += residual.iter().map(|r| r * r).sum::<f64>();
-    Some(())
 }
 
 /// What an autoregression does not expect of a column of rows of so many outputs, in place.
