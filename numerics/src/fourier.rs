@@ -28,24 +28,3 @@ pub fn hann(length: usize) -> Vec<f64> {
     let scale = (8.0f64 / 3.0).sqrt();
     (0..length).map(|n| scale * 0.5 * (1.0 - (step * n as f64).cos())).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_sine_stands_on_its_line_with_half_its_amplitude() {
-        let record: Vec<f64> =
-            (0..64).map(|n| 3.0 * (std::f64::consts::TAU * 5.0 * n as f64 / 64.0).sin()).collect();
-        let x = coefficients(&record);
-        assert!((x[5].norm() - 1.5).abs() < 1e-12);
-        assert!(x.iter().enumerate().all(|(k, v)| k == 5 || v.norm() < 1e-12));
-    }
-
-    #[test]
-    fn the_window_keeps_the_power() {
-        let w = hann(128);
-        let power: f64 = w.iter().map(|v| v * v).sum::<f64>() / 128.0;
-        assert!((power - 1.0).abs() < 1e-12);
-    }
-}

@@ -45,16 +45,3 @@ fn each(count: usize, f: &(dyn Fn(usize) + Sync)) {
 fn both(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
     rayon::join(a, b);
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn results_are_in_the_order_of_the_items() {
-        let squares: Vec<usize> = (0..1000).map(|k| k * k).collect();
-        assert_eq!(indices(0..1000, |k| k * k), squares);
-        assert_eq!(filter_map(&squares, |s| (s % 2 == 0).then_some(*s)).len(), 500);
-        assert_eq!(join(|| 1, || "two"), (1, "two"));
-    }
-}

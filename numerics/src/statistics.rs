@@ -44,14 +44,3 @@ pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
 pub fn student_95(freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::student_95;
-
-    #[test]
-    fn few_degrees_of_freedom_widen() {
-        assert!((student_95(10.0) / 2.2281 - 1.0).abs() < 1e-4);
-        assert!((student_95(1e6) / 1.959964 - 1.0).abs() < 1e-4);
-    }
-}

@@ -144,19 +144,3 @@ pub fn quadratic_form(l: &[f64], b: &[f64]) -> f64 {
     }
     dot(&z, &z)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn solves_and_leaves_out_what_is_dependent() {
-        let mut a = Symmetric::zero(3);
-        let rows = [[4.0, 2.0, 4.0], [2.0, 3.0, 2.0], [4.0, 2.0, 4.0]];
-        a.entries = rows.concat();
-        let x = a.factor().solve(&[8.0, 7.0, 8.0]);
-        assert_eq!(x[2], 0.0);
-        assert!((4.0 * x[0] + 2.0 * x[1] - 8.0).abs() < 1e-12);
-        assert!((2.0 * x[0] + 3.0 * x[1] - 7.0).abs() < 1e-12);
-    }
-}
