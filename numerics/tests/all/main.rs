@@ -1,5 +1,4 @@
-//! Tests of the kit through its public items: its generic code takes long to compile, and a library that holds tests is
-//! compiled twice.
+//! Tests through the public items. Tests inside the library would compile it a second time, which takes long.
 
 #![allow(clippy::unwrap_used)] // how a test fails
 

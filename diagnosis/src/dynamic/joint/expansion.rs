@@ -32,17 +32,17 @@ impl Expansion {
     }
 }
 
-/// What a recording says of a model at first: how badly it fits, and the rest where that is wanted.
-pub struct Costed<'a> {
-    /// Sum of the squares that are left.
+/// A model evaluated on a recording: its cost, and the expansion on demand, which takes several times as long.
+pub struct Evaluation<'a> {
+    /// Sum of the squares that are left, in units of the noise, as in [`Expansion`].
     pub cost: f64,
-    /// The expansion about there; none where it is of no numbers.
+    /// The expansion there; none where it is not finite.
     pub expand: Box<dyn FnOnce() -> Option<Expansion> + Send + 'a>,
 }
 
-impl From<Expansion> for Costed<'_> {
+impl From<Expansion> for Evaluation<'_> {
     fn from(expansion: Expansion) -> Self {
-        Costed { cost: expansion.cost, expand: Box::new(|| Some(expansion)) }
+        Evaluation { cost: expansion.cost, expand: Box::new(|| Some(expansion)) }
     }
 }
 
@@ -93,10 +93,10 @@ pub struct Point {
 pub fn estimated<'a>(
     starts: &[Point],
     differing: &[Direction],
-    costed: impl Fn(usize, &[f64]) -> Option<Costed<'a>> + Sync,
+    evaluate: impl Fn(usize, &[f64]) -> Option<Evaluation<'a>> + Sync,
 ) -> Option<(Point, [Expansion; 2])> {
     let at = |packed: &[Vec<f64>; 2]| {
-        let (then, now) = parallel::join(|| costed(0, &packed[0]), || costed(1, &packed[1]));
+        let (then, now) = parallel::join(|| evaluate(0, &packed[0]), || evaluate(1, &packed[1]));
         let (then, now) = (then?, now?);
         let expand = move || {
             let (then, now) = parallel::join(then.expand, now.expand);
@@ -142,19 +142,19 @@ mod tests {
     /// Two readings of one parameter with a variance of 1 and of 1/4, at 1 and at 2.
     #[test]
     fn recordings_agree_on_the_weighted_mean_or_differ() {
-        let expanded = |recording: usize, packed: &[f64]| {
+        let evaluate = |recording: usize, packed: &[f64]| {
             let (at, weight) = [(1.0, 1.0), (2.0, 4.0)][recording];
             let off: f64 = at - packed[0];
             let information = Symmetric { size: 1, entries: vec![weight] };
             Some(Expansion { cost: weight * off * off, pull: vec![weight * off], information }.into())
         };
         let start = |lengths| [Point { packed: [vec![0.0], vec![0.0]], lengths }];
-        let (Point { packed: same, .. }, about) = estimated(&start(Vec::new()), &[], expanded).unwrap();
+        let (Point { packed: same, .. }, about) = estimated(&start(Vec::new()), &[], evaluate).unwrap();
         assert!((same[0][0] - 1.8).abs() < 1e-12 && same[0] == same[1], "{same:?}");
         // 0.8² + 4·0.2², which one difference explains.
         let own = || vec![vec![(0, 0.5)]];
         assert!((promised(&about, &own()) - 0.8).abs() < 1e-12);
-        let (apart, _) = estimated(&start(vec![0.0]), &own(), expanded).unwrap();
+        let (apart, _) = estimated(&start(vec![0.0]), &own(), evaluate).unwrap();
         let [then, now] = [0, 1].map(|recording| apart.packed[recording][0]);
         assert!((then - 1.0).abs() < 1e-9 && (now - 2.0).abs() < 1e-9, "{apart:?}");
         assert!((apart.lengths[0] - 2.0).abs() < 1e-9, "{apart:?}");

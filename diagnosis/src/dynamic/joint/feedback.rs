@@ -10,7 +10,7 @@ use fitter::plant::Plant;
 use numerics::parallel;
 
 use super::coefficients::{self, Linearised, coefficients, is_shape, of_one, owners, polished};
-use super::expansion::{Costed, Expansion};
+use super::expansion::{Evaluation, Expansion};
 use super::second_order::readings;
 use super::{Gradient, Group, INERTIA, INERTIA_TITLE, Joint, Of, Side};
 use crate::dynamic::candidates::Candidates;
@@ -246,7 +246,7 @@ impl Side for UnderFeedback<'_> {
         self.packed.clone()
     }
 
-    fn costed(&self, packed: &[f64]) -> Option<Costed<'_>> {
+    fn evaluate(&self, packed: &[f64]) -> Option<Evaluation<'_>> {
         Some(self.by_own_fit(packed).into())
     }
 

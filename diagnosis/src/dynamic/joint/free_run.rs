@@ -2,7 +2,7 @@
 
 use fitter::plant::Plant;
 
-use super::expansion::{Costed, Expansion};
+use super::expansion::{Evaluation, Expansion};
 use super::{Gradient, Group, Joint, Of, Side};
 use crate::dynamic::data::{ALL, Data, Folds, UNSCORED};
 use crate::dynamic::estimate::{Fitted, Simulated, fit};
@@ -142,11 +142,11 @@ impl<M: InCommon> Side for FreeRun<'_, M> {
         self.fitted.model.packed()
     }
 
-    fn costed(&self, packed: &[f64]) -> Option<Costed<'_>> {
+    fn evaluate(&self, packed: &[f64]) -> Option<Evaluation<'_>> {
         let model = self.fitted.model.unpacked(packed);
         let states = fit(&model.fixed(), &self.fitted.states, &self.data, self.folds)?.states;
         let whole = model.normal(&states, &self.data, &self.noise.coefficients).ok()?;
-        expansion(&whole, self.folds, self.noise.variance).map(Costed::from)
+        expansion(&whole, self.folds, self.noise.variance).map(Evaluation::from)
     }
 
     fn own(&self) -> &Expansion {

@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use numerics::{Symmetric, parallel, rms};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use self::expansion::{Costed, Direction, Expansion, Point, estimated, promised, together};
+use self::expansion::{Direction, Evaluation, Expansion, Point, estimated, promised, together};
 use super::data::{ALL, Data, Folds, SCORE, UNSCORED};
 use super::interval::{Sort, around};
 use super::model::Term;
@@ -116,8 +116,8 @@ pub trait Side: Sized + Send + Sync {
     /// The packed parameters.
     fn packed(&self) -> Vec<f64>;
 
-    /// What the recording says of a model about some packed parameters; none where it cannot be simulated there.
-    fn costed(&self, packed: &[f64]) -> Option<Costed<'_>>;
+    /// The model at some packed parameters; none where it cannot be simulated there.
+    fn evaluate(&self, packed: &[f64]) -> Option<Evaluation<'_>>;
 
     /// What it says about its own fit.
     fn own(&self) -> &Expansion;
@@ -191,7 +191,7 @@ pub struct Joint<S> {
     pub groups: Vec<Group>,
     /// Number of effects among which one of the groups was sought.
     sought: usize,
-    /// What was solved, by the groups that differ: the same are asked for again and again.
+    /// Solutions by the groups that differ: choice, proof and report ask for the same ones.
     solved: Mutex<HashMap<Vec<usize>, Arc<Solved>>>,
 }
 
@@ -271,12 +271,12 @@ impl<S: Side> Joint<S> {
         if let Some(solved) = known().get(changed) {
             return solved.clone();
         }
-        let solved = Arc::new(self.solved_anew(changed));
+        let solved = Arc::new(self.compute(changed));
         known().insert(changed.to_vec(), solved.clone());
         solved
     }
 
-    fn solved_anew(&self, changed: &[usize]) -> Solved {
+    fn compute(&self, changed: &[usize]) -> Solved {
         let differing = self.directions(changed);
         let own = self.sides.each_ref().map(S::packed);
         let of_own = |recording: usize, packed: &[f64]| Some(self.sides[recording].by_own_fit(packed).into());
@@ -304,7 +304,7 @@ impl<S: Side> Joint<S> {
         }
         let first = estimated(&starts, &differing, of_own);
         starts.extend(first.iter().map(|(point, _)| point.clone()));
-        let exact = |recording: usize, packed: &[f64]| self.sides[recording].costed(packed);
+        let exact = |recording: usize, packed: &[f64]| self.sides[recording].evaluate(packed);
         let found = estimated(&starts, &differing, exact).or(first);
         // The one by the own fits is always there.
         let (point, about) =

@@ -9,14 +9,14 @@ use std::ops::Range;
 use fitter::plant::Plant;
 use numerics::{Limits, Normal, Symmetric, parallel, rms};
 
-use super::expansion::{Costed, Expansion};
+use super::expansion::{Evaluation, Expansion};
 use super::{Direction, Gradient, Group, Joint, Of, Side};
 use crate::dynamic::data::{Data, Folds};
 use crate::dynamic::interval::Sort;
 use crate::dynamic::linear::diagnose::free_run;
 use crate::dynamic::linear::looped::{Looped, Stretch};
 use crate::dynamic::linear::plan::Plan;
-use crate::dynamic::linear::sensitivity::Simulated;
+use crate::dynamic::linear::sensitivity::Simulation;
 use crate::dynamic::linear::{file, sensitivity};
 use crate::dynamic::noise::autoregression;
 use crate::dynamic::recording::DynamicRecording;
@@ -123,7 +123,7 @@ fn rate(model: &Looped, block: usize) -> Complex {
     Complex::new(re, im).ln()
 }
 
-/// In units of the noise.
+/// The expansion of normal equations, in units of the noise of this variance; none where it is not finite.
 fn expansion(normal: &Normal, variance: f64) -> Option<Expansion> {
     let size = normal.gradient.len();
     let mut information = Symmetric::zero(size);
@@ -169,8 +169,8 @@ impl<'a> Structure<'a> {
             whitening,
             variance: 1.0,
         };
-        let simulated = Simulated::of(&structure.model, &structure.stretches, &structure.whitening)?;
-        let normal = simulated.normal();
+        let normal =
+            sensitivity::normal_equations(&structure.model, &structure.stretches, &structure.whitening)?;
         structure.variance = normal.cost / left.len().max(1) as f64;
         structure.own = expansion(&normal, structure.variance)?;
         Some(structure)
@@ -258,10 +258,10 @@ impl Side for Structure<'_> {
         self.model.parameters()
     }
 
-    fn costed(&self, packed: &[f64]) -> Option<Costed<'_>> {
-        let simulated = Simulated::of(&self.model.with(packed), &self.stretches, &self.whitening)?;
-        let (cost, variance) = (simulated.cost / self.variance, self.variance);
-        Some(Costed { cost, expand: Box::new(move || expansion(&simulated.normal(), variance)) })
+    fn evaluate(&self, packed: &[f64]) -> Option<Evaluation<'_>> {
+        let simulation = Simulation::of(&self.model.with(packed), &self.stretches, &self.whitening)?;
+        let (cost, variance) = (simulation.cost / self.variance, self.variance);
+        Some(Evaluation { cost, expand: Box::new(move || expansion(&simulation.normal(), variance)) })
     }
 
     fn own(&self) -> &Expansion {

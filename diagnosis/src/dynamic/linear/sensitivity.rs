@@ -82,53 +82,54 @@ struct Trajectory {
 /// The normal equations of what a model leaves of the stretches, weighted and, where an autoregression is given, whitened; none
 /// of an unstable model.
 pub fn normal_equations(model: &Looped, stretches: &[Stretch], whitening: &[f64]) -> Option<Normal> {
-    Some(Simulated::of(model, stretches, whitening)?.normal())
+    Some(Simulation::of(model, stretches, whitening)?.normal())
 }
 
-/// A model's simulations of some stretches: their cost, and the normal equations where that is low enough.
-pub struct Simulated<'a> {
+/// Some stretches, simulated by a model: its cost, and on demand the normal equations, which take several times as long.
+pub struct Simulation<'a> {
     model: Looped,
     whitening: &'a [f64],
-    runs: Vec<Run<'a>>,
-    /// Σ of the squares of what it leaves, weighted and whitened.
+    stretches: Vec<SimulatedStretch<'a>>,
+    /// Σ of the squared residuals, weighted and whitened.
     pub cost: f64,
 }
 
-/// A simulated stretch.
-struct Run<'a> {
+/// A stretch and what a model makes of it.
+struct SimulatedStretch<'a> {
     stretch: &'a Stretch,
     path: Trajectory,
-    /// The first row that counts, and what the model leaves from there on, weighted and whitened.
+    /// The first row that is scored.
     first: usize,
+    /// Simulated less measured positions from there on, weighted and whitened; rows × outputs.
     residual: Vec<f64>,
 }
 
-impl<'a> Simulated<'a> {
-    /// Of a model; none where it is unstable.
-    pub fn of(model: &Looped, stretches: &'a [Stretch], whitening: &'a [f64]) -> Option<Simulated<'a>> {
+impl<'a> Simulation<'a> {
+    /// By `model`; none where that is unstable. An autoregression `whitening` may be empty.
+    pub fn of(model: &Looped, stretches: &'a [Stretch], whitening: &'a [f64]) -> Option<Simulation<'a>> {
         if !admissible(model) {
             return None;
         }
-        let runs = parallel::map(stretches, |stretch| Run::of(model, stretch, whitening));
-        let runs = runs.into_iter().collect::<Option<Vec<Run>>>()?;
-        let cost = runs.iter().map(|run| numerics::dot(&run.residual, &run.residual)).sum();
-        Some(Simulated { model: model.clone(), whitening, runs, cost })
+        let simulated = parallel::map(stretches, |stretch| SimulatedStretch::of(model, stretch, whitening));
+        let stretches = simulated.into_iter().collect::<Option<Vec<_>>>()?;
+        let cost = stretches.iter().map(|s| numerics::dot(&s.residual, &s.residual)).sum();
+        Some(Simulation { model: model.clone(), whitening, stretches, cost })
     }
 
-    /// The normal equations there.
+    /// The normal equations of all parameters, in the order of [`Looped::parameters`].
     pub fn normal(&self) -> Normal {
         let entries = entries(&self.model);
         let mut sum = Normal::zeros(entries.len());
         sum.cost = self.cost;
-        for run in self.runs.iter().filter(|run| !run.residual.is_empty()) {
-            run.add(&self.model, &entries, self.whitening, &mut sum);
+        for stretch in self.stretches.iter().filter(|s| !s.residual.is_empty()) {
+            stretch.add_to(&self.model, &entries, self.whitening, &mut sum);
         }
         sum
     }
 }
 
-impl<'a> Run<'a> {
-    fn of(model: &Looped, stretch: &'a Stretch, whitening: &[f64]) -> Option<Run<'a>> {
+impl<'a> SimulatedStretch<'a> {
+    fn of(model: &Looped, stretch: &'a Stretch, whitening: &[f64]) -> Option<SimulatedStretch<'a>> {
         let p = model.linear.outputs;
         let path = trajectory(model, stretch)?;
         let first = stretch.skip.min(path.y.len() / p - path.lead);
@@ -137,11 +138,11 @@ impl<'a> Run<'a> {
         let mut residual: Vec<f64> =
             predicted.iter().zip(measured).map(|(y, measured)| stretch.weight * (y - measured)).collect();
         whiten(&mut residual, whitening, p);
-        Some(Run { stretch, path, first, residual })
+        Some(SimulatedStretch { stretch, path, first, residual })
     }
 
-    /// Adds its part of the gram matrix and of the gradient.
-    fn add(&self, model: &Looped, entries: &[Vec<Entry>], whitening: &[f64], sum: &mut Normal) {
+    /// Adds its part of the Gram matrix and of the gradient.
+    fn add_to(&self, model: &Looped, entries: &[Vec<Entry>], whitening: &[f64], sum: &mut Normal) {
         let (size, kept) = (entries.len(), self.residual.len());
         let lanes: Vec<&[Vec<Entry>]> = entries.chunks(LANES).collect();
         let columns = parallel::map(&lanes, |entries| {
