@@ -105,7 +105,7 @@ impl Attempt<'_> {
 /// # Errors
 /// Why not even the base makes a model.
 pub fn best<'a>(hand_on: &HandOn<'a>, skip: &[String], accuracy: Option<f64>) -> Result<Attempt<'a>, String> {
-    best_of(explain(hand_on.rows, hand_on.catalogue, skip), hand_on, skip, accuracy)
+    best_of(explain(hand_on.rows, hand_on.outset, hand_on.catalogue, skip), hand_on, skip, accuracy)
 }
 
 /// The best with forms among the effects, or `named` where that is to be preferred: then without the effects in whose place
@@ -119,7 +119,7 @@ pub fn with_forms<'a>(
     accuracy: Option<f64>,
     named: Attempt<'a>,
 ) -> Result<Attempt<'a>, String> {
-    let found = explain(hand_on.rows, hand_on.catalogue, skip);
+    let found = explain(hand_on.rows, hand_on.outset, hand_on.catalogue, skip);
     // Where names explain everything, merit decides, which is known before the proof.
     let hopeless =
         !named.leaves_structure() && found.gross.is_none() && !named.has_less_merit_than(&found.explanation);
@@ -152,7 +152,7 @@ fn best_of<'a>(
     let Some(floor) = gross.filter(|_| !accounted) else {
         return Ok(first);
     };
-    let second = explain_gross(hand_on.rows, hand_on.catalogue, skip, floor)
+    let second = explain_gross(hand_on.rows, hand_on.outset, hand_on.catalogue, skip, floor)
         .and_then(|explanation| attempt(explanation, hand_on, accuracy).ok());
     Ok(match second {
         Some(second) if second.left() < CLEARLY * first.left() => second,

@@ -5,7 +5,7 @@
 
 use std::sync::OnceLock;
 
-use numerics::{Basis, Columns, parallel, rms};
+use numerics::{Basis, Columns, SingleColumns, parallel, rms};
 use pulp::{Arch, Simd, WithSimd};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -139,9 +139,9 @@ struct FamilyMaxima<'a> {
     catalogue: &'a [Effect],
     /// Every projected column's scores in all resamples, one column after another, to be multiplied by the square
     /// root of the resample's scale.
-    products: &'a [f64],
+    products: &'a [f32],
     /// For every family what its best step explains.
-    steps: &'a [Option<[f64; TOGETHER]>],
+    steps: &'a [Option<[f32; TOGETHER]>],
     scales: &'a [f64; TOGETHER],
 }
 
@@ -160,9 +160,9 @@ impl WithSimd for FamilyMaxima<'_> {
 
 impl FamilyMaxima<'_> {
     #[inline(always)]
-    fn of(&self, family: &Family, steps: Option<&[f64; TOGETHER]>) -> [f64; TOGETHER] {
+    fn of(&self, family: &Family, steps: Option<&[f32; TOGETHER]>) -> [f64; TOGETHER] {
         // Candidates of one rank share one tail: only the largest needs it.
-        let mut by_rank = [[0.0_f64; TOGETHER]; MOST_RANKS];
+        let mut by_rank = [[0.0_f32; TOGETHER]; MOST_RANKS];
         let mut best = [0.0_f64; TOGETHER];
         if let Some(steps) = steps {
             by_rank[1] = *steps;
@@ -170,7 +170,7 @@ impl FamilyMaxima<'_> {
         for c in family.candidates.clone() {
             let range = self.projected.of[c].clone();
             let rank = range.len();
-            let mut sums = [0.0; TOGETHER];
+            let mut sums = [0.0_f32; TOGETHER];
             for scores in self.products[range.start * TOGETHER..range.end * TOGETHER].chunks_exact(TOGETHER) {
                 for (sum, v) in sums.iter_mut().zip(scores) {
                     *sum += v * v;
@@ -193,14 +193,14 @@ impl FamilyMaxima<'_> {
                 }
                 None => {
                     for b in 0..TOGETHER {
-                        best[b] = best[b].max(log_tail(sums[b] * self.scales[b], rank));
+                        best[b] = best[b].max(log_tail(f64::from(sums[b]) * self.scales[b], rank));
                     }
                 }
             }
         }
         for (rank, largest) in by_rank.iter().enumerate() {
             for b in 0..TOGETHER {
-                best[b] = best[b].max(log_tail(largest[b] * self.scales[b], rank));
+                best[b] = best[b].max(log_tail(f64::from(largest[b]) * self.scales[b], rank));
             }
         }
         best
@@ -222,10 +222,11 @@ pub fn calibrate(
     let whitener = noise.whitener();
     let jumps: Vec<Option<Jumps>> =
         dictionary.families.iter().map(|family| dictionary.jumps(family, &whitener, base)).collect();
+    let columns: Vec<SingleColumns> = parallel::map(&projected.blocks, |block| block.into());
     let maxima: Vec<Vec<Vec<f64>>> = parallel::indices(0..2 * RESAMPLES / TOGETHER, |group| {
         let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
         random.set_stream(group as u64);
-        let mut resamples = Columns::new(projected.columns.rows);
+        let mut resamples = Columns::new(noise.whitened_residual.len());
         resamples.reserve(TOGETHER);
         let mut scales = [0.0; TOGETHER];
         for (k, scale) in scales.iter_mut().enumerate() {
@@ -238,13 +239,15 @@ pub fn calibrate(
             let v = 2.0 / (9.0 * noise.freedom);
             *scale = 1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2);
         }
-        let products = resamples.products(&projected.columns);
+        let single = SingleColumns::from(&resamples);
+        let mut products = Vec::with_capacity(projected.parts.len() * TOGETHER);
+        columns.iter().for_each(|block| single.products_onto(block, &mut products));
         resamples.project_off(&base.columns);
-        let steps: Vec<Option<[f64; TOGETHER]>> = jumps
+        let steps: Vec<Option<[f32; TOGETHER]>> = jumps
             .iter()
             .map(|jumps| {
                 let jumps = jumps.as_ref()?;
-                Some(std::array::from_fn(|b| jumps.best(resamples.get(b)).map_or(0.0, |best| best.1)))
+                Some(std::array::from_fn(|b| jumps.best(resamples.get(b)).map_or(0.0, |best| best.1 as f32)))
             })
             .collect();
         let maxima = Arch::new().dispatch(FamilyMaxima {

@@ -19,7 +19,7 @@ pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec
     if attempt.said.verdict == Verdict::Consistent {
         return effects.to_vec();
     }
-    let survey = search.survey(&[]);
+    let survey = search.survey();
     let strength = |column: &str| {
         let of_column = |family: usize| match &search.dictionary.families[family].kind {
             Kind::Generic(place) => place.variable == column || place.times.as_deref() == Some(column),
@@ -35,7 +35,7 @@ pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec
     let columns: Vec<&str> =
         columns.iter().take(MOST_COLUMNS).map(|(_, name)| in_expressions(*name)).collect();
     let taken: Vec<&str> = effects.iter().map(|effect| effect.id.as_str()).collect();
-    [effects.to_vec(), composed(&columns, sensor, &taken)].concat()
+    [effects, &composed(&columns, sensor, &taken)].concat()
 }
 
 /// Numbers the forms that were found, the strongest first, wherever they are named.

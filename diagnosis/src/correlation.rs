@@ -65,10 +65,7 @@ fn orthonormal(model: &[Vec<f64>], shape: &[f64]) -> Columns {
 /// Restricted log likelihood of a correlation: that of the observations' part outside the columns.
 fn restricted(columns: &Columns, observed: &[f64], correlation: &Correlation) -> f64 {
     let n = columns.rows;
-    let mut white = Columns::new(n);
-    for k in 0..columns.count() {
-        white.push(&correlation.whiten(columns.get(k).iter().copied()));
-    }
+    let mut white = correlation.whitened(columns);
     white.push(&correlation.whiten(observed.iter().copied()));
     let p = columns.count();
     let m = p + 1;

@@ -11,7 +11,7 @@ use crate::compose;
 use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, Place, catalogue};
 use crate::error::DiagnosisError;
-use crate::explain::Explanation;
+use crate::explain::{Explanation, Outset};
 use crate::fleet::Forced;
 use crate::generic;
 use crate::hand_on::HandOn;
@@ -190,6 +190,7 @@ fn of_readings(
         mirror,
         full: &full,
         rows,
+        outset: &Outset::of(rows),
         cell_of,
         catalogue: &effects,
         harmonics: options.harmonics,

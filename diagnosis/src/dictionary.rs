@@ -72,9 +72,9 @@ pub struct Dictionary {
 
 /// Candidates after projection: orthonormal columns per candidate.
 pub struct Projected {
-    /// Orthonormal columns.
-    pub columns: Columns,
-    /// For every candidate the range of its columns (empty where nothing is left of it).
+    /// Orthonormal columns, some candidates' at a time: a candidate's lie in one block.
+    pub blocks: Vec<Columns>,
+    /// For every candidate the range of its columns among all (empty where nothing is left of it).
     pub of: Vec<std::ops::Range<usize>>,
     /// For every column which part of the raw one's length was left.
     pub parts: Vec<f64>,
@@ -83,7 +83,18 @@ pub struct Projected {
 impl Projected {
     /// The columns' products with further columns, all at once: `count × further.count`, by columns.
     pub fn products(&self, further: &Columns) -> Vec<f64> {
-        self.columns.products(further)
+        let count = self.parts.len();
+        let mut all = vec![0.0; count * further.count()];
+        let mut first = 0;
+        for block in &self.blocks {
+            let end = first + block.count();
+            let of_block = block.products(further);
+            for (products, all) in of_block.chunks(block.count().max(1)).zip(all.chunks_mut(count)) {
+                all[first..end].copy_from_slice(products);
+            }
+            first = end;
+        }
+        all
     }
 
     /// Scores of candidate `c` beside further orthonormal columns, which lie outside the basis: their sum of
@@ -94,7 +105,7 @@ impl Projected {
         let Scratch { factor, kept, scores } = scratch;
         scores.clear();
         kept.clear();
-        let count = self.columns.count();
+        let count = self.parts.len();
         let range = self.of[c].clone();
         let width = range.len();
         factor.resize(width * width, 0.0);
@@ -194,12 +205,10 @@ impl Dictionary {
     pub fn project(&self, whitener: &Whitener, basis: &Basis) -> Projected {
         let together: Vec<_> = self.candidates.chunks(TOGETHER).collect();
         let parts = parallel::map(&together, |some| self.project_some(some, whitener, basis));
-        let mut all =
-            Projected { columns: Columns::new(basis.columns.rows), of: Vec::new(), parts: Vec::new() };
-        all.columns.reserve(parts.iter().map(|part| part.columns.count()).sum());
+        let mut all = Projected { blocks: Vec::new(), of: Vec::new(), parts: Vec::new() };
         for part in parts {
-            let first = all.columns.count();
-            all.columns.append(&part.columns);
+            let first = all.parts.len();
+            all.blocks.extend(part.blocks);
             all.of.extend(part.of.into_iter().map(|r| r.start + first..r.end + first));
             all.parts.extend(part.parts);
         }
@@ -241,7 +250,7 @@ impl Dictionary {
             of.push(first..kept);
         }
         columns.truncate(kept);
-        Projected { columns, of, parts }
+        Projected { blocks: vec![columns], of, parts }
     }
 }
 
@@ -305,7 +314,7 @@ mod tests {
         let mut residual = column(n, 11);
         beside.project_off(&mut residual);
         let of = std::iter::once(0..3).collect();
-        let projected = Projected { columns: own.columns.clone(), of, parts: vec![1.0; 3] };
+        let projected = Projected { blocks: vec![own.columns.clone()], of, parts: vec![1.0; 3] };
         let mut further = Columns::new(n);
         (0..2).for_each(|k| further.push(beside.columns.get(k)));
         further.push(&residual);

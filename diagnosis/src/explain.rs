@@ -69,18 +69,37 @@ pub struct Found<'a> {
     pub gross: Option<f64>,
 }
 
+/// What every explanation of a recording starts from, whatever the effects.
+pub struct Outset {
+    order: usize,
+    base: Vec<Vec<f64>>,
+    covariates: Vec<Vec<f64>>,
+    slow: Vec<Vec<Vec<f64>>>,
+    /// The noise about the saturated model.
+    noise: Noise,
+}
+
+impl Outset {
+    /// Estimates the noise of a recording of which nothing is known yet.
+    pub fn of(rows: &Rows) -> Outset {
+        let order = first_order(rows);
+        let base = base_columns(rows, order);
+        let covariates = covariates(rows);
+        let slow = slow_structure(rows);
+        let noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
+        Outset { order, base, covariates, slow, noise }
+    }
+}
+
 /// Explains a recording. `skip` leaves effects out of the catalogue by id.
-pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> Found<'a> {
-    let order = first_order(rows);
-    let base = base_columns(rows, order);
-    let covariates = covariates(rows);
-    let slow = slow_structure(rows);
-    let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
-    let floor = reading_noise(&noise, rows);
+pub fn explain<'a>(rows: &'a Rows, outset: &Outset, catalogue: &'a [Effect], skip: &[String]) -> Found<'a> {
+    let Outset { order, base, covariates, slow, noise } = outset;
+    let order = *order;
+    let floor = reading_noise(noise, rows);
     // What a curved characteristic leaves of a straight line is no mismatch.
     let curved = base_columns(rows, order.max(CHARACTERISTIC.min(highest_order(rows))));
     let gross = Some(floor).filter(|floor| left_by(&curved, &rows.error, None) > GROSS * floor);
-    let search = Search::new(rows, catalogue, order, noise, skip);
+    let search = Search::new(rows, catalogue, order, noise.clone(), skip);
     if !strongest(&search).is_some_and(|found| search.significant(&found)) {
         let explanation = Explanation { search, terms: Vec::new(), chosen: 0, floor, gross: false };
         return Found { explanation, gross };
@@ -104,10 +123,10 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> 
         let unexplained = terms.iter().any(|t| now.is_generic(t.family) || is_form(t))
             || (!rows.single_move() && search.leaves_much(&terms));
         if unexplained {
-            let all = saturated(rows, &base);
+            let all = saturated(rows, base);
             model.extend(all.into_iter().skip(base.len()));
         }
-        let noise = estimate(&rows.error, &rows.t_s, &model, &light, &covariates, &slow);
+        let noise = estimate(&rows.error, &rows.t_s, &model, &light, covariates, slow);
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
         let again =
@@ -134,11 +153,11 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> 
     };
     let about = last.as_ref().unwrap_or(&search);
     let mut floor = reading_noise(&about.noise, rows);
-    if let Some(rest) = rest.and_then(|rest| beyond_names(rest, &base, &terms)) {
+    if let Some(rest) = rest.and_then(|rest| beyond_names(rest, base, &terms)) {
         terms.push(rest);
         // What is found is no noise.
-        let model = columns_with(&base, &terms);
-        let noise = estimate(&rows.error, &rows.t_s, &model, &model, &covariates, &slow);
+        let model = columns_with(base, &terms);
+        let noise = estimate(&rows.error, &rows.t_s, &model, &model, covariates, slow);
         floor = floor.min(reading_noise(&noise, rows));
     }
     let search = last.unwrap_or(search);
@@ -253,19 +272,19 @@ fn found_by_fit(search: &Search) -> Vec<Term> {
 /// found one by one, and fitted with every row alike. None where they do not explain most of the mismatch.
 pub fn explain_gross<'a>(
     rows: &'a Rows,
+    outset: &Outset,
     catalogue: &'a [Effect],
     skip: &[String],
     floor: f64,
 ) -> Option<Explanation<'a>> {
-    let base = &base_columns(rows, first_order(rows));
-    let covariates = covariates(rows);
-    let noise = estimate_white(&rows.error, &rows.t_s, base, &covariates);
-    let search = Search::new(rows, catalogue, first_order(rows), noise, skip);
+    let Outset { order, base, covariates, .. } = outset;
+    let noise = estimate_white(&rows.error, &rows.t_s, base, covariates);
+    let search = Search::new(rows, catalogue, *order, noise, skip);
     let (terms, left, before) = stages(&search, base, found_by_fit(&search), None);
     if left > MOSTLY * before {
         return None;
     }
-    let mut noise = estimate_white(&rows.error, &rows.t_s, &columns_with(base, &terms), &covariates);
+    let mut noise = estimate_white(&rows.error, &rows.t_s, &columns_with(base, &terms), covariates);
     // Neighbouring rows repeat each other: so many fewer of them count.
     let whitened = &noise.whitened_residual;
     let lagged: f64 = whitened.windows(2).map(|w| w[0] * w[1]).sum();
@@ -327,7 +346,7 @@ fn drop_what_a_curve_leaves(search: &Search, terms: &mut Vec<Term>) {
 /// The family with the smallest p-value beside the base alone.
 fn strongest(search: &Search) -> Option<search::Found> {
     search
-        .survey(&[])
+        .survey()
         .into_iter()
         .filter(|f| search.effect(f.term.family).is_some() || search.is_generic(f.term.family))
         .max_by(|a, b| search.family_wise(a).total_cmp(&search.family_wise(b)))

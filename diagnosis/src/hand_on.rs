@@ -13,6 +13,7 @@ use numerics::{least_squares, mean, range};
 use physics::Columns;
 
 use crate::effects::{Effect, Read, Reading};
+use crate::explain::Outset;
 use crate::model::{FittedTerm, Model};
 use crate::refit;
 use crate::rows::Rows;
@@ -29,6 +30,8 @@ pub struct HandOn<'a> {
     pub full: &'a Rows,
     /// The rows that were searched.
     pub rows: &'a Rows,
+    /// What their explanations start from.
+    pub outset: &'a Outset,
     /// The row that was searched for every row of the recording.
     pub cell_of: &'a [usize],
     /// The effects.

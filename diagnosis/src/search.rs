@@ -299,13 +299,7 @@ impl<'a> Search<'a> {
         self.explained(terms) - terms.iter().map(|t| self.price(t)).sum::<f64>()
     }
 
-    /// The best candidate of every family beside the given terms, from the grid.
-    pub fn survey(&self, terms: &[Term]) -> Vec<Found> {
-        let (basis, residual) = self.fit(terms);
-        self.survey_beside(&basis, &residual)
-    }
-
-    /// The same beside the base grown by some columns, and the residual.
+    /// The best candidate of every family, from the grid, beside the base grown by some columns, and the residual.
     fn survey_beside(&self, basis: &Basis, residual: &[f64]) -> Vec<Found> {
         let mut further = Columns::new(self.rows.len());
         (self.base.rank()..basis.rank()).for_each(|k| further.push(basis.columns.get(k)));

@@ -14,7 +14,7 @@ mod symmetric;
 
 pub use least_squares::{LeastSquares, least_squares, of_triangle};
 pub use marquardt::{Limits, Normal, minimise};
-pub use orthogonal::{Basis, Columns, add_scaled, dot};
+pub use orthogonal::{Basis, Columns, SingleColumns, add_scaled, dot};
 pub use statistics::{centred, mean, mean_and_error, median, range, rms, student_95};
 pub use symmetric::{Symmetric, cholesky, quadratic_form};
 

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use numerics::{Columns, median};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::Process;
 
@@ -97,28 +98,21 @@ impl Correlation {
         }
     }
 
+    /// The same of columns.
+    pub fn whitened(&self, columns: &Columns) -> Columns {
+        let mut white = Columns::new(columns.rows);
+        white.reserve(columns.count() + 1);
+        let all = (0..columns.count()).map(|k| columns.get(k));
+        self.whitener(&vec![1.0; columns.rows]).whiten_onto(all, &mut white);
+        white
+    }
+
     /// The same from a state of nothing.
     fn whiten_from(&self, mut state: impl AsMut<[f64]>, values: impl Iterator<Item = f64>) -> Vec<f64> {
         values
             .enumerate()
             .map(|(i, v)| self.step(i, state.as_mut(), |expected| v - expected) / self.new[i])
             .collect()
-    }
-
-    /// Some columns at once, divided by the standard deviations of their rows, of a process with one part.
-    fn whiten_abreast(&self, columns: &[&[f64]; ABREAST], inverse: &[f64]) -> [Vec<f64>; ABREAST] {
-        let mut out = columns.map(|_| Vec::with_capacity(inverse.len()));
-        let mut state = [0.0; ABREAST];
-        let of_rows = inverse.iter().zip(&self.new).zip(self.left.iter().zip(&self.gain));
-        for (i, ((inverse, new), (left, gain))) in of_rows.enumerate() {
-            for k in 0..ABREAST {
-                state[k] *= left;
-                let found = columns[k][i] * inverse - state[k];
-                state[k] += gain * found;
-                out[k].push(found / new);
-            }
-        }
-        out
     }
 
     /// Makes white values of this process: the inverse of [`Correlation::whiten`].
@@ -184,6 +178,41 @@ impl Correlation {
     }
 }
 
+/// Some columns made white at once by the filter of a process with one part, in the widest registers that the processor has.
+struct WhitenAbreast<'a> {
+    filter: &'a Correlation,
+    /// 1/σ of every row.
+    inverse: &'a [f64],
+    columns: &'a [&'a [f64]; ABREAST],
+    /// Where they are written, one after another.
+    room: &'a mut [f64],
+}
+
+impl WithSimd for WhitenAbreast<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let n = self.inverse.len();
+        let Correlation { new, left, gain, .. } = self.filter;
+        let mut state = [0.0; ABREAST];
+        let of_rows = self.inverse.iter().zip(new).zip(left.iter().zip(gain));
+        for (i, ((inverse, new), (left, gain))) in of_rows.enumerate() {
+            let read: [f64; ABREAST] = std::array::from_fn(|k| self.columns[k][i]);
+            let mut white = [0.0; ABREAST];
+            for k in 0..ABREAST {
+                state[k] *= left;
+                let found = read[k] * inverse - state[k];
+                state[k] += gain * found;
+                white[k] = found / new;
+            }
+            for k in 0..ABREAST {
+                self.room[k * n + i] = white[k];
+            }
+        }
+    }
+}
+
 /// Makes noise white, of variance one: each row divided by its σ, less what the earlier ones foretell of it.
 #[derive(Debug, Clone)]
 pub struct Whitener(Arc<(Correlation, Vec<f64>)>);
@@ -198,20 +227,19 @@ impl Whitener {
     /// Makes columns white, and appends them to `out`. Every row waits for the one before it: some columns abreast wait
     /// together.
     pub fn whiten_onto<'c>(&self, columns: impl Iterator<Item = &'c [f64]>, out: &mut Columns) {
-        let (correlation, inverse) = &*self.0;
+        let (filter, inverse) = &*self.0;
+        let n = inverse.len().max(1);
         let all: Vec<&[f64]> = columns.collect();
-        let blocks = all.chunks_exact(ABREAST);
-        let rest = blocks.remainder();
-        for block in blocks {
-            let Some(block) = block.first_chunk::<ABREAST>().filter(|_| correlation.process.parts.len() == 1)
-            else {
-                block.iter().for_each(|column| out.push(&self.whiten(column)));
-                continue;
-            };
-            let white = correlation.whiten_abreast(block, inverse);
-            white.iter().for_each(|column| out.push(column));
+        let room = out.further(all.len());
+        for (columns, room) in all.chunks(ABREAST).zip(room.chunks_mut(ABREAST * n)) {
+            match columns.first_chunk::<ABREAST>().filter(|_| filter.process.parts.len() == 1) {
+                Some(columns) => Arch::new().dispatch(WhitenAbreast { filter, inverse, columns, room }),
+                None => {
+                    let each = columns.iter().zip(room.chunks_exact_mut(n));
+                    each.for_each(|(column, room)| room.copy_from_slice(&self.whiten(column)));
+                }
+            }
         }
-        rest.iter().for_each(|column| out.push(&self.whiten(column)));
     }
 
     /// The weight of a row in its own whitened value.

@@ -154,10 +154,7 @@ impl Place {
     }
 
     fn new(correlation: Correlation, columns: &Columns, clean: &[f64], shape: &[f64]) -> Place {
-        let mut white = Columns::new(columns.rows);
-        for k in 0..columns.count() {
-            white.push(&correlation.whiten(columns.get(k).iter().copied()));
-        }
+        let white = correlation.whitened(columns);
         let (factor, log_determinant) = cholesky(&white.products(&white), columns.count());
         let basis = Basis { columns: white.orthonormal(&factor) };
         let mut residual = correlation.whiten(clean.iter().zip(shape).map(|(v, s)| v / s));
@@ -171,7 +168,7 @@ impl Place {
     /// products with Q at once, and nothing projected row by row.
     fn explained_by(&self, groups: &[Vec<Vec<f64>>]) -> Vec<f64> {
         let mut white = Columns::new(self.residual.len());
-        groups.iter().flatten().for_each(|column| white.push(&self.whitener.whiten(column)));
+        self.whitener.whiten_onto(groups.iter().flatten().map(Vec::as_slice), &mut white);
         let mut beside = self.basis.columns.clone();
         beside.push(&self.residual);
         let (count, rank) = (white.count(), self.basis.rank());

@@ -61,6 +61,11 @@ fn in_order(terms: &[Term]) -> Key {
 }
 
 impl Search<'_> {
+    /// The best candidate of every family beside the base alone, from the grid.
+    pub fn survey(&self) -> Vec<Found> {
+        self.beside(&[]).found.clone()
+    }
+
     /// What stands beside the terms.
     pub(super) fn beside(&self, terms: &[Term]) -> Arc<Beside> {
         let key = key(terms);
