@@ -1,7 +1,7 @@
 //! The proof: an upper bound of |generated − reference| over every valid input, in exact arithmetic.
 //!
 //! The range of the normalised variable is cut into pieces. On each piece every step's result is written as
-//! an exactly known polynomial of v plus an error no larger than a radius, the radius being the sum of what
+//! an exactly known polynomial plus an error no larger than a radius, the radius being the sum of what
 //! every rounding so far can have contributed; the distance of the last polynomial from the reference is then
 //! certified by branch and bound. A truncation's mean of −½ is part of the polynomial, so only ±½ is left as
 //! error. The variable's own rounding (from the argument to v) enters through the slope of the reference.
@@ -96,7 +96,8 @@ pub fn output_polynomial(
     from: &Interval,
     to: &Interval,
 ) -> Result<Polynomial, Overflows> {
-    Ok(run(program, &Piece::new(program, plan, from, to))?.sum.polynomial)
+    let piece = Piece::new(program, plan, from, to);
+    Ok(piece.in_v(&run(program, &piece)?.sum.polynomial))
 }
 
 /// The largest rounding of evaluation and output on any piece, in output words, whatever coefficients in their
@@ -171,7 +172,7 @@ pub fn bound(
         let out = run(program, &piece)?;
         output_range = Some(output_range.map_or(out.range.clone(), |r| r.hull(&out.range)));
         rounding = rounding.max((&out.sum.evaluation + &out.sum.output).to_f64_up());
-        let difference = out.sum.polynomial.scale(unit).sub(&reference.polynomial);
+        let difference = piece.in_v(&out.sum.polynomial).scale(unit).sub(&reference.polynomial);
         let input = (&slope.range(&piece.wide_from, &piece.wide_to).magnitude() * &piece.input_error).upper();
         let remainder = &reference.remainder + &reference.remainder;
         let evaluation = (&out.sum.evaluation * unit).upper();

@@ -1,7 +1,7 @@
 //! The pieces into which the range of the variable is cut: on each a routine is one polynomial.
 
 use super::input::input_error;
-use crate::exact::Interval;
+use crate::exact::{Interval, Polynomial};
 use crate::input::InputPlan;
 use crate::program::Program;
 
@@ -29,6 +29,11 @@ impl Piece {
         let wide_from = (&in_v.lower() - &input_error).lower();
         let wide_to = (&in_v.upper() + &input_error).upper();
         Piece { words, centre, radius, input_error, wide_from, wide_to }
+    }
+
+    /// A polynomial of the distance from the centre as one of v.
+    pub(super) fn in_v(&self, polynomial: &Polynomial) -> Polynomial {
+        polynomial.shift(&-self.centre.clone())
     }
 }
 

@@ -7,7 +7,8 @@ use crate::exact::{Interval, Polynomial};
 use crate::format::Format;
 use crate::program::{Op, Operand, Program, Step, Type};
 
-/// Follows all steps on a piece; gives the last one's value, or the step that could leave its type.
+/// Follows all steps on a piece; gives the last one's value, or the step that could leave its type. Polynomials are those of the
+/// distance from the piece's centre, so that a step's range needs no shift.
 pub(super) fn run(program: &Program, piece: &Piece) -> Result<Value, Overflows> {
     let mut values: Vec<Value> = Vec::with_capacity(program.steps.len());
     for (index, step) in program.steps.iter().enumerate() {
@@ -15,7 +16,8 @@ pub(super) fn run(program: &Program, piece: &Piece) -> Result<Value, Overflows> 
             before_variable(step, &values)
         } else if index == program.variable {
             fits(index, step, &before_variable(step, &values).range)?;
-            let identity = Polynomial::linear(Interval::zero(), Interval::pow2(program.variable_exponent));
+            let identity = Polynomial::linear(piece.centre.clone(), Interval::from_int(1));
+            let identity = identity.mul_pow2(program.variable_exponent);
             Value { sum: Inexact::exact(identity), range: piece.words.clone() }
         } else {
             after_variable(program, step, &values, piece)

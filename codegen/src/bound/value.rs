@@ -4,7 +4,7 @@ use super::piece::Piece;
 use crate::exact::{Interval, Polynomial};
 use crate::program::{Stage, Step, Type};
 
-/// polynomial(v) + error, |error| ≤ evaluation + output.
+/// polynomial(u) + error, |error| ≤ evaluation + output, where u is the variable less the piece's centre.
 #[derive(Debug, Clone)]
 pub(super) struct Inexact {
     pub(super) polynomial: Polynomial,
@@ -69,7 +69,7 @@ impl Inexact {
     /// All that it can be on the piece, with a rounding that is still to come.
     pub(super) fn range(&self, rounding: &Interval, piece: &Piece) -> Interval {
         let error = (&(&self.evaluation + &self.output) + rounding).upper();
-        &self.polynomial.shift(&piece.centre).range_around_zero(&piece.radius) + &error.symmetric()
+        &self.polynomial.range_around_zero(&piece.radius) + &error.symmetric()
     }
 
     /// With a rounding, which is listed where the step belongs.

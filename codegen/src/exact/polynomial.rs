@@ -120,12 +120,8 @@ impl Polynomial {
 
     /// An enclosure of the values for |v| ≤ `radius`: centred form, first order exact.
     pub fn range_around_zero(&self, radius: &Interval) -> Interval {
-        let mut power = Interval::from_int(1);
-        let mut spread = Interval::zero();
-        for c in &self.coefficients[1..] {
-            power = (&power * radius).upper();
-            spread = (&spread + &(&c.magnitude() * &power)).upper();
-        }
+        let outward = |spread: Interval, c: &Interval| (&(&c.magnitude() + &spread) * radius).upper();
+        let spread = self.coefficients[1..].iter().rev().fold(Interval::zero(), outward);
         &self.coefficients[0] + &spread.symmetric()
     }
 

@@ -30,7 +30,7 @@ pub(super) fn level(functions: &[Vec<f64>], target: &[f64], margin: &[f64]) -> (
         // Until all points are there, only their number counts.
         let cost = |(i, s): (usize, f64)| if start { 0.0 } else { s * target[i] + margin[i] };
         let costs: Vec<f64> = active.iter().map(|a| a.map_or(-1.0, cost)).collect();
-        let Some(prices) = solve(&matrix, &costs, true) else { break };
+        let Some([prices]) = solve(&matrix, [&costs], true) else { break };
         let mut sums = vec![0.0; target.len()];
         functions.iter().zip(&prices).for_each(|(f, price)| subtract(&mut sums, -price, f));
         // The point that is furthest above the level, and on which side.
@@ -52,9 +52,8 @@ pub(super) fn level(functions: &[Vec<f64>], target: &[f64], margin: &[f64]) -> (
         }
         let mut total = vec![0.0; n + 1];
         total[n] = 1.0;
-        let weights = solve(&matrix, &total, false);
-        let change = solve(&matrix, &column(&functions, entering), false);
-        let (Some(weights), Some(change)) = (weights, change) else { break };
+        let entered = column(&functions, entering);
+        let Some([weights, change]) = solve(&matrix, [&total, &entered], false) else { break };
         let leaving = (0..=n)
             .filter(|j| change[*j] > SMALLEST_PIVOT)
             .min_by(|a, b| (weights[*a] / change[*a]).total_cmp(&(weights[*b] / change[*b])));
@@ -83,33 +82,44 @@ fn matrix(functions: &[Vec<f64>], active: &[Active]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Solves Mx = b, or xᵀM = bᵀ where `transposed`, M being given by its columns; `None` where it is singular.
-fn solve(columns: &[Vec<f64>], right: &[f64], transposed: bool) -> Option<Vec<f64>> {
-    let n = right.len();
+/// Solves Mx = b for every right side, or xᵀM = bᵀ where `transposed`, M being given by its columns; `None` where it is singular.
+fn solve<const SIDES: usize>(
+    columns: &[Vec<f64>],
+    right: [&[f64]; SIDES],
+    transposed: bool,
+) -> Option<[Vec<f64>; SIDES]> {
+    let n = columns.len();
+    let width = n + SIDES;
     let entry = |i: usize, j: usize| if transposed { columns[i][j] } else { columns[j][i] };
-    let mut rows: Vec<Vec<f64>> =
-        (0..n).map(|i| (0..n).map(|j| entry(i, j)).chain([right[i]]).collect()).collect();
+    let row = |i: usize| (0..n).map(move |j| entry(i, j)).chain(right.iter().map(move |side| side[i]));
+    let mut rows: Vec<f64> = (0..n).flat_map(row).collect();
     for k in 0..n {
-        let pivot = (k..n).max_by(|a, b| rows[*a][k].abs().total_cmp(&rows[*b][k].abs()))?;
-        if rows[pivot][k].abs() < SMALLEST_PIVOT {
+        let size = |i: usize| rows[i * width + k].abs();
+        let pivot = (k..n).max_by(|a, b| size(*a).total_cmp(&size(*b)))?;
+        if size(pivot) < SMALLEST_PIVOT {
             return None;
         }
-        rows.swap(k, pivot);
-        let (above, below) = rows.split_at_mut(k + 1);
-        let top = &above[k];
-        for row in below {
+        let (above, below) = rows.split_at_mut((k + 1) * width);
+        let top = &mut above[k * width..];
+        if pivot > k {
+            top.swap_with_slice(&mut below[(pivot - k - 1) * width..][..width]);
+        }
+        for row in below.chunks_exact_mut(width) {
             let factor = row[k] / top[k];
             if factor != 0.0 {
                 row[k..].iter_mut().zip(&top[k..]).for_each(|(x, y)| *x -= factor * y);
             }
         }
     }
-    let mut x = vec![0.0; n];
-    for k in (0..n).rev() {
-        let known: f64 = (k + 1..n).map(|j| rows[k][j] * x[j]).sum();
-        x[k] = (rows[k][n] - known) / rows[k][k];
-    }
-    Some(x)
+    Some(std::array::from_fn(|side| {
+        let mut x = vec![0.0; n];
+        for k in (0..n).rev() {
+            let row = &rows[k * width..(k + 1) * width];
+            let known: f64 = (k + 1..n).map(|j| row[j] * x[j]).sum();
+            x[k] = (row[n + side] - known) / row[k];
+        }
+        x
+    }))
 }
 
 #[cfg(test)]
