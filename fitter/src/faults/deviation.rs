@@ -21,8 +21,8 @@ pub struct Surroundings {
 /// Median of normal absolute values, over their standard deviation.
 const MEDIAN: f64 = 0.6745;
 
-/// One way of predicting a channel.
-struct Way {
+/// How far a channel is from one prediction of it.
+struct Prediction {
     scatter: f64,
     /// Which rows at the same angle were taken off before.
     kind: usize,
@@ -35,7 +35,7 @@ struct Way {
 pub struct Deviation {
     /// Value less its prediction; 0 of a blank.
     pub away: Vec<f64>,
-    /// Whether a neighbour shares the deviation, or another way of predicting the row sees none.
+    /// Whether a neighbour shares the deviation, or another prediction of the row sees none.
     pub shared: Vec<bool>,
     /// Scatter of such deviations around every row.
     pub scatter: Vec<f64>,
@@ -106,7 +106,7 @@ impl Surroundings {
         // before and after say.
         let at_angle = self.at_angle.iter().map(|at| less(&base, at));
         let by_angle: Vec<Vec<f64>> = [values.to_vec(), base.clone()].into_iter().chain(at_angle).collect();
-        let mut ways: Vec<Way> = Vec::new();
+        let mut predictions: Vec<Prediction> = Vec::new();
         let mut one_sided = Vec::new();
         for (kind, channel) in by_angle.iter().enumerate() {
             let medians = limits::WINDOWS.map(|window| (false, less_in_time(channel, window)));
@@ -114,14 +114,22 @@ impl Surroundings {
             one_sided.push([before, after]);
             for (is_trend, away) in medians.into_iter().chain([(true, trend)]) {
                 let mut absolute: Vec<f64> = away.iter().filter(|r| r.is_finite()).map(|r| r.abs()).collect();
-                ways.push(Way { scatter: with_tail(&mut absolute).max(floor), kind, is_trend, away });
+                predictions.push(Prediction {
+                    scatter: with_tail(&mut absolute).max(floor),
+                    kind,
+                    is_trend,
+                    away,
+                });
             }
         }
-        ways.sort_by(|a, b| a.scatter.total_cmp(&b.scatter));
-        let Way { scatter: best, kind, is_trend, mut away } = ways.remove(0);
+        predictions.sort_by(|a, b| a.scatter.total_cmp(&b.scatter));
+        let Prediction { scatter: best, kind, is_trend, mut away } = predictions.remove(0);
         let scatter = self.scatter(&away, floor);
-        let witnesses: Vec<&Vec<f64>> =
-            ways.iter().filter(|way| way.scatter <= limits::WITNESS * best).map(|way| &way.away).collect();
+        let witnesses: Vec<&Vec<f64>> = predictions
+            .iter()
+            .filter(|other| other.scatter <= limits::WITNESS * best)
+            .map(|other| &other.away)
+            .collect();
         // Where the channel follows a trend its neighbours lie apart anyway.
         let beside_it = if is_trend { away.clone() } else { by_angle[kind].clone() };
         let mut shared = vec![false; away.len()];
