@@ -222,7 +222,8 @@ pub fn calibrate(
     let whitener = noise.whitener();
     let jumps: Vec<Option<Jumps>> =
         dictionary.families.iter().map(|family| dictionary.jumps(family, &whitener, base)).collect();
-    let columns: Vec<SingleColumns> = parallel::map(&projected.blocks, |block| block.into());
+    // Six digits are enough for a tail, and take half the time.
+    let candidates: Vec<SingleColumns> = parallel::map(&projected.blocks, |block| block.into());
     let maxima: Vec<Vec<Vec<f64>>> = parallel::indices(0..2 * RESAMPLES / TOGETHER, |group| {
         let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
         random.set_stream(group as u64);
@@ -241,7 +242,7 @@ pub fn calibrate(
         }
         let single = SingleColumns::from(&resamples);
         let mut products = Vec::with_capacity(projected.parts.len() * TOGETHER);
-        columns.iter().for_each(|block| single.products_onto(block, &mut products));
+        candidates.iter().for_each(|block| single.products_onto(block, &mut products));
         resamples.project_off(&base.columns);
         let steps: Vec<Option<[f32; TOGETHER]>> = jumps
             .iter()

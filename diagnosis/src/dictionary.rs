@@ -89,7 +89,7 @@ impl Projected {
         for block in &self.blocks {
             let end = first + block.count();
             let of_block = block.products(further);
-            for (products, all) in of_block.chunks(block.count().max(1)).zip(all.chunks_mut(count)) {
+            for (products, all) in of_block.chunks(block.count().max(1)).zip(all.chunks_mut(count.max(1))) {
                 all[first..end].copy_from_slice(products);
             }
             first = end;
