@@ -300,6 +300,18 @@ mod tests {
     }
 
     #[test]
+    fn what_nothing_is_left_of_has_no_products() {
+        let none = Projected {
+            blocks: vec![Columns::new(60)],
+            of: std::iter::once(0..0).collect(),
+            parts: Vec::new(),
+        };
+        let mut residual = Columns::new(60);
+        residual.push(&column(60, 1));
+        assert!(none.products(&residual).is_empty());
+    }
+
+    #[test]
     fn scores_explain_what_projection_does() {
         let n = 60;
         // A candidate of three orthonormal columns, beside two further columns, of a residual.
