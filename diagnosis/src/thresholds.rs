@@ -273,7 +273,7 @@ pub mod dynamic {
         pub const SEARCH_STEPS: usize = 33_000;
         /// −2 log likelihood that an effect moves the rows that score by, from which on they tell whether it does them good: a
         /// quarter of what the search asks for, as on the rows that choose.
-        pub const TOLD: f64 = 7.5;
+        pub const MOVED: f64 = 7.5;
         /// Rows from which the nominal plant is identified at first.
         pub const START_ROWS: usize = 16_384;
     }

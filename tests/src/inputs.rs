@@ -1,4 +1,4 @@
-//! The words that a routine is given, at random and at every edge, and the reading that they stand for: told
+//! The words that a routine is given, at random and at every edge, and the reading that they stand for: computed
 //! from the options alone, in `f64`, independently of how `codegen` plans its inputs.
 
 use codegen::input::{Arity, Encoding, Input};

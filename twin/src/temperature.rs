@@ -14,7 +14,7 @@ use crate::noise::Wander;
 pub enum Temperature {
     /// The paper's laboratory: 27 ± 1 °C, cycling slowly.
     Laboratory,
-    /// It runs evenly from one temperature to another over the recording: with time, and not to be told
+    /// It runs evenly from one temperature to another over the recording: with time, and cannot be told
     /// from it.
     Ramp {
         /// Temperature at the start in °C.

@@ -1,4 +1,4 @@
-//! `fit`, and what every command that fits is told.
+//! `fit`, and the options of every command that fits.
 
 mod progress;
 pub mod summary;
@@ -52,7 +52,7 @@ impl MapArgs {
     }
 }
 
-/// What a fit is told, for every command that fits.
+/// The options of a fit, for every command that fits.
 #[derive(Args)]
 pub struct ModelArgs {
     /// The nominal mirror or sensor (mirror.toml; `arcsmith init` writes one)

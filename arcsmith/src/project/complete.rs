@@ -27,7 +27,7 @@ pub struct Asked {
 /// A command line.
 struct Line {
     words: Vec<String>,
-    /// What all commands are told, where that does not stand in the words.
+    /// The options of all commands, where they do not stand in the words.
     common: Common,
     /// The step that it is, where nothing in it differs from what the project does by itself.
     step: Option<Step>,
@@ -40,9 +40,9 @@ const COMPLETED: [&str; 10] =
     ["fit", "diagnose", "fleet", "apply", "report", "explore", "budget", "generate", "check", "verify"];
 /// Sources of another kind: where one is named, the command is about no project.
 const OTHER_SOURCES: [&str; 3] = ["demo", "devices", "recording"];
-/// Words that say how much is told.
+/// Words that say how much is printed.
 const PLAIN: [&str; 5] = ["--json", "-q", "--quiet", "-v", "--verbose"];
-/// What says how much is told and read, for all commands.
+/// Options that say how much is printed and read, for all commands.
 const COMMON: [&str; 5] = ["json", "quiet", "verbose", "max_bytes", "max_columns"];
 
 /// The typed command line as the project of this folder completes it; none where there is no project, or the command is
@@ -179,7 +179,7 @@ impl Typed<'_> {
         Line { words, common: Common::default(), step: None, origins }
     }
 
-    /// Whether nothing was typed but the command, and what all commands are told. A word that no command knows counts.
+    /// Whether nothing was typed but the command, and the options of all commands. A word that no command knows counts.
     fn is_bare(&self) -> bool {
         let plain = |word: &String| *word == self.name || PLAIN.contains(&word.as_str());
         self.ids.is_empty() && self.words.iter().all(plain)

@@ -58,7 +58,7 @@ pub fn parse(words: &[String], common: Common) -> std::result::Result<Cli, clap:
     Cli::try_parse_from(std::iter::once("arcsmith").chain(words))
 }
 
-/// The words of what all commands are told.
+/// The words of the options of all commands.
 fn said(common: Common) -> Vec<String> {
     let flags = [(common.json, "--json"), (common.quiet, "--quiet"), (common.verbose, "--verbose")];
     let limits = [("--max-bytes", common.max_bytes), ("--max-columns", common.max_columns)];

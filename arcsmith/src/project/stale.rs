@@ -153,7 +153,7 @@ pub fn all(steps: &[Step], state: &State) -> Result<BTreeMap<String, Vec<Reason>
         let mut own = reasons(step, state)?;
         let waits = |after: &&String| all.get(*after).is_some_and(|reasons| !reasons.is_empty());
         if let Some(after) = step.after.iter().find(waits) {
-            // What the other step writes is not to be told as missing.
+            // What the other step writes is not to be reported as missing.
             own.retain(|reason| !matches!(reason, Reason::Input { .. }));
             own.push(Reason::After { step: after.to_string() });
         }

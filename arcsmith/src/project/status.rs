@@ -148,8 +148,8 @@ impl Status {
     /// As JSON.
     pub fn json(&self) -> Value {
         let steps = self.steps.iter().map(|(step, reasons)| {
-            let told: Vec<String> = reasons.iter().map(ToString::to_string).collect();
-            json!({"name": step.name, "stale": !reasons.is_empty(), "reasons": reasons, "why": told})
+            let why: Vec<String> = reasons.iter().map(ToString::to_string).collect();
+            json!({"name": step.name, "stale": !reasons.is_empty(), "reasons": reasons, "why": why})
         });
         json!({
             "steps": steps.collect::<Vec<_>>(),
@@ -179,17 +179,18 @@ impl Status {
 
     fn of_step(&self, step: &Step, reasons: &[Reason]) -> String {
         if !reasons.is_empty() {
-            let told: Vec<String> = reasons.iter().map(ToString::to_string).collect();
-            let told = told.join("; ");
+            let why: Vec<String> = reasons.iter().map(ToString::to_string).collect();
+            let why = why.join("; ");
             return match reasons.contains(&Reason::New) {
-                true => format!("{WARNING}{told}{WARNING:#}"),
-                false => format!("{WARNING}stale{WARNING:#}: {told}"),
+                true => format!("{WARNING}{why}{WARNING:#}"),
+                false => format!("{WARNING}stale{WARNING:#}: {why}"),
             };
         }
         match step.command {
             "diagnose" => {
-                let told = self.verdicts.iter().map(|(recording, verdict)| format!("{recording} {verdict}"));
-                format!("up to date: {}", told.collect::<Vec<_>>().join(", ").replace('_', " "))
+                let verdicts =
+                    self.verdicts.iter().map(|(recording, verdict)| format!("{recording} {verdict}"));
+                format!("up to date: {}", verdicts.collect::<Vec<_>>().join(", ").replace('_', " "))
             }
             "generate" => format!("up to date, {}", proven(step)),
             _ => step

@@ -232,7 +232,7 @@ fn the_same_bytes_whatever_the_threads_and_however_often_it_is_killed() {
 }
 
 #[test]
-fn results_of_other_options_are_not_mixed_and_damaged_parts_are_told() {
+fn results_of_other_options_are_not_mixed_and_damaged_parts_are_reported() {
     let scene = Scene::new(&["a", "b", "c"]);
     let line = format!("{FLEET} --units-of-part 2");
     scene.ok(&line);
@@ -336,7 +336,7 @@ fn a_file_that_vanishes_is_a_row_with_its_error() {
 }
 
 #[test]
-fn a_campaign_is_compared_with_an_earlier_one_and_a_unit_that_departs_is_told() {
+fn a_campaign_is_compared_with_an_earlier_one_and_a_unit_that_departs_is_reported() {
     let scene = Scene::new(&[]);
     let drift = |value: f64| {
         format!(" --temperature levels --effect thermal_zero_drift:coefficient_arcsec_per_k={value}")

@@ -1,4 +1,4 @@
-//! The program from outside: every command is there with its help, and says as much as it was told to.
+//! The program from outside: every command is there with its help, and says as much as it is asked to.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -109,7 +109,7 @@ const PATH: [&str; 12] = [
 ];
 
 #[test]
-fn every_step_says_as_much_as_it_is_told_to() {
+fn every_step_says_as_much_as_it_is_asked_to() {
     let folder = tempfile::tempdir().unwrap();
     text(&arcsmith(folder.path(), "init --out mirror.toml --quiet"));
     for step in PATH {
@@ -176,7 +176,7 @@ fn a_recording_comes_from_standard_input_too() {
 }
 
 #[test]
-fn a_diagnosis_is_told_in_one_screen_or_as_json() {
+fn a_diagnosis_is_reported_on_one_screen_or_as_json() {
     let folder = tempfile::tempdir().unwrap();
     text(&arcsmith(folder.path(), "init --out mirror.toml --quiet"));
     let record = "record --protocol calibration --schedule coarse --seed 3 --temperature levels --out warm.csv \

@@ -294,8 +294,12 @@ impl Effect {
     /// What a shape must explain beyond others of the effect to be preferred: a correction can follow the readings, and has
     /// to be told the direction.
     pub fn reluctance(&self, shape: &[f64]) -> f64 {
-        let is_told = |form: &Formula| form.sentence.columns.iter().any(|name| name == "direction");
-        if is_told(self.form(shape)) && !is_told(&self.made.declared.adds[0]) { RELUCTANCE } else { 0.0 }
+        let reads_direction = |form: &Formula| form.sentence.columns.iter().any(|name| name == "direction");
+        if reads_direction(self.form(shape)) && !reads_direction(&self.made.declared.adds[0]) {
+            RELUCTANCE
+        } else {
+            0.0
+        }
     }
 
     /// The title, with what the sign of the amplitudes says.

@@ -63,7 +63,7 @@ pub struct Range {
     pub whole: bool,
 }
 
-/// What a reader is told of one parameter.
+/// What is reported of one parameter.
 #[derive(Debug, Clone)]
 pub struct Reading {
     /// Its name in the diagnosis, with its unit.

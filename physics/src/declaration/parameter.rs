@@ -33,7 +33,7 @@ pub enum Role {
     Follows(Box<Formula>, Box<Formula>),
     /// A time, halfway between a row and the one before it.
     Row,
-    /// How many expressions are added up, in which it counts from 1: so many at most, more than one where each is told.
+    /// How many expressions are added up, in which it counts from 1: so many at most, more than one where each is reported.
     Sum(u16),
 }
 

@@ -1,5 +1,5 @@
 //! `codegen` and `codegen check` on the committed `generated/`: reproduced byte for byte, whatever the number
-//! of threads, and stale files told.
+//! of threads, and stale files reported.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -93,7 +93,7 @@ fn the_coefficients_of_the_folder_are_found() {
 const MIRROR: &str = "[geometry]\nprobe_distance_mm = 12.0\ninitial_gap_mm = 0.3\n";
 
 #[test]
-fn a_tampered_copy_is_stale_and_the_difference_is_told() {
+fn a_tampered_copy_is_stale_and_the_difference_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in files(&root().join("generated")) {
         let path = folder.path().join(name);

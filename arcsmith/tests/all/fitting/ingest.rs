@@ -270,7 +270,7 @@ fn parquet_that_cannot_be_used_is_refused_in_a_sentence() {
 
 /// Every byte of the footer lost, or another: refused in a sentence, or read; the crate's own panics are not shown.
 #[test]
-fn a_damaged_parquet_footer_is_told_as_damage() {
+fn a_damaged_parquet_footer_is_reported_as_damage() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let path = folder.join("lab.parquet");

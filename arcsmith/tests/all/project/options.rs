@@ -164,7 +164,7 @@ fn the_mirror_and_effects_stand_in_the_file_or_beside_it() {
         text.lines().filter(|line| !line.starts_with("//")).map(str::to_string).collect()
     };
     assert_eq!(code(&inside), code(&beside));
-    // What is wrong in an effect is told with its file, and what depends on it is stale alone.
+    // What is wrong in an effect is reported with its file, and what depends on it is stale alone.
     for (folder, file) in [(&inside, "arcsmith.toml"), (&beside, "mine.toml")] {
         folder.write(file, folder.read(file).replace("coil_a^2, tau", "coil_a^2 tau"));
         assert!(folder.state("fit").contains("up to date"));

@@ -244,7 +244,7 @@ const FASTER: &str =
     "excite up to the highest frequency that the drive reaches, sampled several times faster";
 const SLOW_TRIANGLES: &str = "record slow triangles of several small amplitudes, with reversals at rest";
 
-/// A parameter as a reader is told of it.
+/// A parameter as it is reported.
 #[derive(Debug, Clone)]
 pub struct Reading {
     /// Its name.
@@ -292,7 +292,7 @@ pub static CATALOGUE: [&DynamicEffect; 17] = [
 ];
 
 /// Effects that are seen along a recorded motion alone. In a free run what lies beyond a play is a mechanism of its own, and a
-/// place is met too seldom.
+/// place is met too rarely.
 pub static ALONG_A_MOTION: [&DynamicEffect; 2] = [&friction::LOCAL, &friction::BACKLASH];
 
 /// All effects that a search under feedback tries, in the order of the catalogue.

@@ -6,7 +6,7 @@ use super::{Augmented, Search, gain, last_id};
 use crate::dynamic::data::{ALL, Data, FIT_ROWS, SCORE, SCORE_ROWS, UNSCORED};
 use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::verdict::shared;
-use crate::thresholds::dynamic::diagnose::TOLD;
+use crate::thresholds::dynamic::diagnose::MOVED;
 use crate::verdict::NamedEffect;
 
 impl<M: Augmented> Search<'_, M> {
@@ -55,7 +55,7 @@ impl<M: Augmented> Search<'_, M> {
             let other = without.positions(data).ok()?;
             let rows = data.runs.iter().flat_map(|r| r.clone()).filter(|k| data.fold[*k] as usize == SCORE);
             let moved: f64 = rows.map(|k| (predicted[k] - other[k]).powi(2)).sum();
-            let shown = moved > TOLD * with.rms(SCORE_ROWS).powi(2);
+            let shown = moved > MOVED * with.rms(SCORE_ROWS).powi(2);
             shown.then(|| (k, gain(&without, with, SCORE_ROWS)))
         };
         let gains = parallel::indices(self.given..with.model.terms().len(), gained);

@@ -62,7 +62,7 @@ pub struct Subject {
     pub range_mm: (f64, f64),
     /// What a Q31 word's 2³¹ stands for, in millimetres.
     pub full_scale_mm: f64,
-    /// Whether readings outside the range are told.
+    /// Whether readings outside the range are reported.
     pub flag: bool,
     /// The proven bound in arcseconds.
     pub bound_arcsec: f64,
