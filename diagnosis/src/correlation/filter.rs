@@ -206,8 +206,8 @@ impl WithSimd for WhitenAbreast<'_> {
                 state[k] += gain * found;
                 white[k] = found / new;
             }
-            for k in 0..ABREAST {
-                self.room[k * n + i] = white[k];
+            for (k, white) in white.iter().enumerate() {
+                self.room[k * n + i] = *white;
             }
         }
     }
