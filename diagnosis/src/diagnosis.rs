@@ -6,6 +6,7 @@ use fitter::{Coefficients, Mirror, Recording};
 use numerics::{mean, rms};
 use serde::Serialize;
 
+use crate::alone::stands_alone;
 use crate::attempt::{self, Attempt};
 use crate::compose;
 use crate::condense::{Condensed, condense};
@@ -200,7 +201,10 @@ fn of_readings(
     let accuracy = mirror.reference.accuracy.filter(|_| rows.pair);
     let named =
         attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
-    let wider = compose::with_forms(&effects, &named, &mirror.sensor);
+    let wider = match stands_alone(&named, hand_on.outset) {
+        true => effects.clone(),
+        false => compose::with_forms(&effects, &named, &mirror.sensor),
+    };
     let hand_on = HandOn { catalogue: &wider, ..hand_on };
     let best = match wider.len() > effects.len() {
         true => attempt::with_forms(&hand_on, &options.skip, accuracy, named)

@@ -80,6 +80,11 @@ pub struct Outset {
 }
 
 impl Outset {
+    /// Correlation of neighbouring readings about the saturated model.
+    pub fn correlation(&self) -> f64 {
+        self.noise.correlation.typical()
+    }
+
     /// Estimates the noise of a recording of which nothing is known yet.
     pub fn of(rows: &Rows) -> Outset {
         let order = first_order(rows);

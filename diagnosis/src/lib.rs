@@ -19,6 +19,7 @@
 //! # }
 //! ```
 
+mod alone;
 mod ambiguity;
 mod attempt;
 mod averaging;

@@ -107,6 +107,24 @@ fn a_fan_that_a_thermostat_switches_is_described() {
 }
 
 #[test]
+fn two_bodies_are_no_lag_beside_a_drift() {
+    let (mut fast, mut slow) = (15.0, 15.0);
+    let apart = over_schedule(|_, t| {
+        fast += (t - fast) * (1.0 - f64::exp(-3.0 / 40.0));
+        slow += (fast - slow) * (1.0 - f64::exp(-3.0 / 250.0));
+        fast - slow
+    });
+    for seed in [1, 2, 3] {
+        let json = diagnosed(|row, _, _| 0.2 * apart[row], &white(seed), seed);
+        let effect = &json["effects"][0];
+        let formula = "k * (lowpass(temperature_c, fast) - lowpass(lowpass(temperature_c, fast), slow))";
+        assert_eq!(effect["formula"], formula, "{json}");
+        assert_eq!(json["verdict"], "described", "{seed}");
+        holds(effect, &[("fast", 40.0), ("slow", 250.0)]);
+    }
+}
+
+#[test]
 fn what_the_furthest_excursions_leave_is_described() {
     // 8 arcsec beyond ±1.3°, of the sign of the last such excursion, fading to a third within half a degree from its end.
     let mut end: f64 = 0.0;
