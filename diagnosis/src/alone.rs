@@ -1,45 +1,52 @@
 //! Whether one named effect explains a recording so clearly that no form without a name can take its place: then forms
 //! are not searched, which takes as long as everything before.
 
+use std::sync::Arc;
+
+use crate::ambiguity::contained;
 use crate::attempt::Attempt;
 use crate::dictionary::Kind;
+use crate::effects::Effect;
 use crate::explain::Outset;
-use crate::generic::observables;
 use crate::search::Term;
 use crate::thresholds::alone::MORE_CORRELATED;
+use crate::thresholds::search::remainder::MISFIT;
 use crate::thresholds::verdict::ALTERNATIVE_MARGIN;
 use crate::verdict::Verdict;
 
-/// Whether an attempt without forms is one effect that explains everything and was kept as it was found, while no curve over
-/// another column comes near it.
-pub fn stands_alone(attempt: &Attempt, outset: &Outset) -> bool {
-    let (search, settled) = (&attempt.explanation.search, &attempt.settled);
+/// Whether an attempt without forms is one effect that explains everything and was kept as it was found. None of the `forms` in
+/// which only amplitudes are fitted may add to it or do nearly as well in its place.
+pub fn stands_alone(attempt: &Attempt, outset: &Outset, forms: &[Effect]) -> bool {
+    let (search, settled, terms) =
+        (&attempt.explanation.search, &attempt.settled, &attempt.explanation.terms);
     let is_order = |term: &&Term| matches!(search.dictionary.families[term.family].kind, Kind::Order);
-    let (orders, others): (Vec<&Term>, Vec<&Term>) = attempt.explanation.terms.iter().partition(is_order);
+    let (orders, others): (Vec<&Term>, Vec<&Term>) = terms.iter().partition(is_order);
     let [own] = others[..] else { return false };
+    let Some(effect) = search.effect(own.family).map(|e| &search.catalogue[e]) else { return false };
     let kept = attempt.said.verdict == Verdict::Explained
         && settled.handed.terms.len() == 1
         && settled.judged.is_empty()
         && settled.ambiguous.is_empty();
+    // Many forms follow the angle's past as a loop does, nearly all of them with a shape.
+    let a_loop = ["direction", "history"].contains(&effect.place.variable.as_str());
     // What an effect that is not quite right leaves is taken for correlated noise.
     let correlated = search.noise.correlation.typical() > outset.correlation() + MORE_CORRELATED;
-    let Some(effect) = search.effect(own.family).map(|e| &search.catalogue[e]) else { return false };
-    // Many forms follow the angle's past as a loop does, and no curve shows them.
-    let a_loop = ["direction", "history"].contains(&effect.place.variable.as_str());
-    if !kept || correlated || a_loop {
+    if !kept || a_loop || correlated {
         return false;
     }
+    let rows = search.rows;
+    let can_show = |form: &&Effect| form.is_linear() && form.testable(rows).is_ok();
+    let linear: Vec<Vec<Vec<f64>>> =
+        forms.iter().filter(can_show).map(|form| form.signature(rows, &[])).collect();
+    let by_chance = MISFIT / linear.len().max(1) as f64;
+    let adds = |columns: &[Vec<f64>]| search.share_beside(terms, columns).1 < by_chance;
     let orders: Vec<Term> = orders.into_iter().cloned().collect();
-    let columns: Vec<String> = observables(search.rows).into_iter().map(|observed| observed.name).collect();
-    let of_own = |name: &String| *name == effect.place.variable || effect.place.times.as_ref() == Some(name);
-    let of_another_column = |family: usize| match &search.dictionary.families[family].kind {
-        Kind::Generic(place) => {
-            let mut names = [Some(&place.variable), place.times.as_ref()].into_iter().flatten();
-            names.any(|name| columns.contains(name) && !of_own(name))
-        }
-        _ => false,
+    let of_own = search.explained(terms) - search.explained(&orders);
+    let does_as_well = |columns: &[Vec<f64>]| {
+        let holds_own = own.columns.iter().all(|column| contained(column, columns));
+        let mut with = orders.clone();
+        with.push(Term::new(own.family, Vec::new(), Arc::new(columns.to_vec())));
+        !holds_own && search.explained(&with) - search.explained(&orders) > of_own - ALTERNATIVE_MARGIN
     };
-    let own = search.explained(&attempt.explanation.terms) - search.explained(&orders);
-    let near = search.contenders(&orders, of_another_column);
-    near.iter().all(|found| found.explained < own - ALTERNATIVE_MARGIN)
+    !linear.iter().any(|columns| adds(columns) || does_as_well(columns))
 }

@@ -201,10 +201,10 @@ fn of_readings(
     let accuracy = mirror.reference.accuracy.filter(|_| rows.pair);
     let named =
         attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
-    let wider = match stands_alone(&named, hand_on.outset) {
-        true => effects.clone(),
-        false => compose::with_forms(&effects, &named, &mirror.sensor),
-    };
+    let mut wider = compose::with_forms(&effects, &named, &mirror.sensor);
+    if stands_alone(&named, hand_on.outset, &wider[effects.len()..]) {
+        wider.truncate(effects.len());
+    }
     let hand_on = HandOn { catalogue: &wider, ..hand_on };
     let best = match wider.len() > effects.len() {
         true => attempt::with_forms(&hand_on, &options.skip, accuracy, named)

@@ -25,9 +25,9 @@ pub mod ambiguity {
 /// See [`crate::alone`].
 pub mod alone {
     /// How much more correlated noise may be about a named effect than about the saturated model where the effect stands
-    /// alone. Of 61 made recordings that names explain (`trials beyond`, seed 482978382) forms take the place of a single name
-    /// in four: in two of them, a lag and a loop that stand for other physics, by 0.49 more, in one by 0.06; of 46 with that
-    /// effect itself in 45 by less than 0.01.
+    /// alone. Of 37 made recordings that a single name explains (`trials beyond`, seed 482978382) forms take its place in
+    /// four: in two of them, a lag and a loop that stand for other physics, the noise is more correlated by 0.49, in one by
+    /// 0.06. Of 46 that have the effect itself it is by less than 0.01 in 45.
     pub const MORE_CORRELATED: f64 = 0.03;
 }
 

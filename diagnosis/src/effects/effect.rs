@@ -104,6 +104,11 @@ impl Effect {
         matches!(self.origin, Origin::Form(_))
     }
 
+    /// Whether nothing of it but amplitudes is fitted.
+    pub fn is_linear(&self) -> bool {
+        self.made.shaped.is_empty() && self.made.declared.adds.len() == 1
+    }
+
     /// The columns that its first form reads and that a recording need not have.
     pub fn further_columns(&self) -> Vec<&str> {
         let columns = self.made.declared.adds[0].sentence.columns.iter();

@@ -68,7 +68,7 @@ impl Search<'_> {
 
     /// The part of what the terms leave that further columns explain, and the probability that columns of noise explain
     /// as much (F-test).
-    fn share_beside(&self, terms: &[Term], columns: &[Vec<f64>]) -> (f64, f64) {
+    pub fn share_beside(&self, terms: &[Term], columns: &[Vec<f64>]) -> (f64, f64) {
         let beside = self.beside(terms);
         let mut basis = beside.basis.clone();
         let before = basis.rank();
