@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use crate::ambiguity::contained;
 use crate::attempt::Attempt;
 use crate::dictionary::Kind;
 use crate::effects::Effect;
 use crate::explain::Outset;
 use crate::search::Term;
 use crate::thresholds::alone::MORE_CORRELATED;
+use crate::thresholds::ambiguity::CONTAINED;
 use crate::thresholds::search::remainder::MISFIT;
 use crate::thresholds::verdict::ALTERNATIVE_MARGIN;
 use crate::verdict::Verdict;
@@ -43,10 +43,13 @@ pub fn stands_alone(attempt: &Attempt, outset: &Outset, forms: &[Effect]) -> boo
     let orders: Vec<Term> = orders.into_iter().cloned().collect();
     let of_own = search.explained(terms) - search.explained(&orders);
     let does_as_well = |columns: &[Vec<f64>]| {
-        let holds_own = own.columns.iter().all(|column| contained(column, columns));
         let mut with = orders.clone();
         with.push(Term::new(own.family, Vec::new(), Arc::new(columns.to_vec())));
-        !holds_own && search.explained(&with) - search.explained(&orders) > of_own - ALTERNATIVE_MARGIN
+        let explained = search.explained(&with);
+        with.push(own.clone());
+        // A form that holds the effect, beside the base, is no other one.
+        let holds_own = search.explained(&with) - explained < CONTAINED * of_own;
+        !holds_own && explained - search.explained(&orders) > of_own - ALTERNATIVE_MARGIN
     };
     !linear.iter().any(|columns| adds(columns) || does_as_well(columns))
 }
