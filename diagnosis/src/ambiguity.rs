@@ -50,9 +50,8 @@ fn conflicting_rival<'c>(
     let own = search.effect(term.family)?;
     let with = |added: &Term| -> Vec<Term> { others.iter().chain([added]).cloned().collect() };
     let explained = |added: &Term| search.explained(&with(added)) - search.explained(others);
-    let free = |term: &Term| search.effect(term.family).map_or(0, |e| search.free_shapes(e)) as f64;
-    // A column more costs what the Bayesian information criterion says.
-    let cost = |term: &Term| (rows.len() as f64).ln() * term.columns.len() as f64 + SHAPE_PRICE * free(term);
+    let free = |term: &Term| search.effect(term.family).map_or(0, |e| search.free_shapes(e));
+    let cost = |term: &Term| cost(rows.len(), term.columns.len(), free(term));
     let least = explained(term) - cost(term) - ALTERNATIVE_MARGIN;
     let plain = |e: usize| !catalogue[e].of_one_time && search.free_shapes(e) == 0;
     let of_device = |f: usize| search.effect(f).is_some_and(|e| e != own && plain(e));
@@ -87,6 +86,12 @@ fn conflicting_rival<'c>(
     let found = search.contenders(others, of_device);
     let rival = found.iter().filter(as_good).filter(|found| !holds(found)).find(disagrees)?;
     Some(&catalogue[search.effect(rival.term.family)?])
+}
+
+/// What an effect must explain for its freedom, in −2 log likelihood: a column what the Bayesian information criterion says, a
+/// searched shape its price.
+pub fn cost(rows: usize, columns: usize, shapes: usize) -> f64 {
+    (rows as f64).ln() * columns as f64 + SHAPE_PRICE * shapes as f64
 }
 
 /// Whether a column is a sum of others.

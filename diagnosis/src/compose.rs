@@ -4,16 +4,18 @@
 use fitter::Coefficients;
 use fitter::error_model::Sensor;
 
+use crate::alone::stands_alone;
 use crate::attempt::Attempt;
 use crate::dictionary::Kind;
 use crate::effects::{Effect, composed};
+use crate::explain::Outset;
 use crate::generic::observables;
 use crate::thresholds::compose::MOST_COLUMNS;
 use crate::verdict::{EMPIRICAL, NamedEffect, Said, Verdict};
 
 /// The effects with the forms of dependences on the columns that tell most, and on the angle's past; without them where
-/// nothing was found.
-pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec<Effect> {
+/// nothing was found, and where one named effect stands alone.
+pub fn with_forms(effects: &[Effect], attempt: &Attempt, outset: &Outset, sensor: &Sensor) -> Vec<Effect> {
     let search = &attempt.explanation.search;
     let observed = observables(search.rows);
     if attempt.said.verdict == Verdict::Consistent {
@@ -35,7 +37,8 @@ pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec
     let columns: Vec<&str> =
         columns.iter().take(MOST_COLUMNS).map(|(_, name)| in_expressions(*name)).collect();
     let taken: Vec<&str> = effects.iter().map(|effect| effect.id.as_str()).collect();
-    [effects, &composed(&columns, sensor, &taken)].concat()
+    let forms = composed(&columns, sensor, &taken);
+    if stands_alone(attempt, outset, &forms) { effects.to_vec() } else { [effects, &forms].concat() }
 }
 
 /// Numbers the forms that were found, the strongest first, wherever they are named.

@@ -6,7 +6,6 @@ use fitter::{Coefficients, Mirror, Recording};
 use numerics::{mean, rms};
 use serde::Serialize;
 
-use crate::alone::stands_alone;
 use crate::attempt::{self, Attempt};
 use crate::compose;
 use crate::condense::{Condensed, condense};
@@ -201,10 +200,7 @@ fn of_readings(
     let accuracy = mirror.reference.accuracy.filter(|_| rows.pair);
     let named =
         attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
-    let mut wider = compose::with_forms(&effects, &named, &mirror.sensor);
-    if stands_alone(&named, hand_on.outset, &wider[effects.len()..]) {
-        wider.truncate(effects.len());
-    }
+    let wider = compose::with_forms(&effects, &named, hand_on.outset, &mirror.sensor);
     let hand_on = HandOn { catalogue: &wider, ..hand_on };
     let best = match wider.len() > effects.len() {
         true => attempt::with_forms(&hand_on, &options.skip, accuracy, named)

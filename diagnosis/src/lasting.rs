@@ -4,7 +4,6 @@
 use numerics::dot;
 
 use crate::base::base_columns;
-use crate::dictionary::Kind;
 use crate::explain::{Explanation, first_order};
 use crate::judge::least;
 use crate::model::choose_order;
@@ -99,7 +98,7 @@ pub fn in_likeliest_noise(explanation: Explanation) -> Explanation {
     let of_device = |t: &Term| search.effect(t.family).is_some_and(|e| !search.catalogue[e].of_one_time);
     let of_one_time = |t: &Term| search.effect(t.family).is_some_and(|e| search.catalogue[e].of_one_time);
     let mut kept: Vec<Term> =
-        explanation.terms.iter().filter(|t| !is_order(&explanation, t)).cloned().collect();
+        explanation.terms.iter().filter(|t| !search.is_order(t.family)).cloned().collect();
     if explanation.gross || !kept.iter().any(of_device) {
         return explanation;
     }
@@ -126,11 +125,7 @@ pub fn in_likeliest_noise(explanation: Explanation) -> Explanation {
 
 /// The further orders of the base that were found.
 fn orders<'b>(explanation: &'b Explanation) -> impl Iterator<Item = &'b Term> {
-    explanation.terms.iter().filter(|term| is_order(explanation, term))
-}
-
-fn is_order(explanation: &Explanation, term: &Term) -> bool {
-    matches!(explanation.search.dictionary.families[term.family].kind, Kind::Order)
+    explanation.terms.iter().filter(|term| explanation.search.is_order(term.family))
 }
 
 fn columns(terms: &[&Term]) -> Vec<Vec<f64>> {

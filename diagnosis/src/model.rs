@@ -10,7 +10,7 @@ use numerics::{Basis, LeastSquares, add_scaled, dot, least_squares, rms};
 use crate::averaging::rivals;
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
-use crate::dictionary::{Kind, highest_order};
+use crate::dictionary::highest_order;
 use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
 use crate::intervals::{Beside, widening};
@@ -211,8 +211,7 @@ pub fn predictive(explanation: &Explanation, terms: &[Term], order: usize) -> Mo
 pub fn fit(explanation: &Explanation, catalogue: &[Effect], terms: &[Term], order: Option<usize>) -> Model {
     let search = &explanation.search;
     let rows = search.rows;
-    let is_order = |t: &&Term| matches!(search.dictionary.families[t.family].kind, Kind::Order);
-    let mut terms: Vec<Term> = terms.iter().filter(|t| !is_order(t)).cloned().collect();
+    let mut terms: Vec<Term> = terms.iter().filter(|t| !search.is_order(t.family)).cloned().collect();
     // The order that the search absorbed at least: one that the recording shows to be needless is no harm, one
     // that is missing bends the effects and makes their intervals too narrow.
     let order = order.unwrap_or_else(|| choose_order(explanation, &terms).max(first_order(rows)));

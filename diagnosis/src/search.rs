@@ -223,6 +223,11 @@ impl<'a> Search<'a> {
         matches!(self.dictionary.families[family].kind, Kind::Generic(_))
     }
 
+    /// Whether the family is a further order of the base.
+    pub fn is_order(&self, family: usize) -> bool {
+        matches!(self.dictionary.families[family].kind, Kind::Order)
+    }
+
     /// The base with the terms' columns, and the residual.
     pub fn fit(&self, terms: &[Term]) -> (Basis, Vec<f64>) {
         let mut basis = self.base.clone();

@@ -52,7 +52,7 @@ impl Search<'_> {
             let Some(family) = self.family_of(&Place::product(name, "angle_deg")) else { continue };
             for term in &named {
                 let columns: Vec<Vec<f64>> = term.columns.iter().map(|column| times(column, z)).collect();
-                let (explained, probability) = self.share_beside(terms, &columns);
+                let (explained, probability) = self.explained_beside(terms, &columns);
                 if probability < level && best.as_ref().is_none_or(|(most, _)| explained > *most) {
                     best = Some((explained, Term::new(family, Vec::new(), columns.into())));
                 }
@@ -66,9 +66,9 @@ impl Search<'_> {
         self.dictionary.families.iter().position(|family| is(&family.kind))
     }
 
-    /// The part of what the terms leave that further columns explain, and the probability that columns of noise explain
-    /// as much (F-test).
-    pub fn share_beside(&self, terms: &[Term], columns: &[Vec<f64>]) -> (f64, f64) {
+    /// What further columns explain beside the terms, in units of the noise's variance, and the probability that columns of
+    /// noise explain as much (F-test).
+    pub fn explained_beside(&self, terms: &[Term], columns: &[Vec<f64>]) -> (f64, f64) {
         let beside = self.beside(terms);
         let mut basis = beside.basis.clone();
         let before = basis.rank();
@@ -81,6 +81,6 @@ impl Search<'_> {
         let (rank, free) = ((basis.rank() - before) as f64, self.rows.len() as f64 - basis.rank() as f64);
         let ratio = explained / rank / ((whole - explained).max(f64::MIN_POSITIVE) / free);
         let probability = FisherSnedecor::new(rank, free).map_or(1.0, |f| f.sf(ratio));
-        (explained / whole, probability)
+        (explained, probability)
     }
 }
