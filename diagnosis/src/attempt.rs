@@ -13,7 +13,7 @@ use crate::effects::Effect;
 use crate::experiment;
 use crate::explain::{Explanation, Found, explain, explain_gross};
 use crate::hand_on::HandOn;
-use crate::held_out::{self, Fit, Groups, Proof, Score};
+use crate::held_out::{self, Fit, Gain, Groups, Proof, Score};
 use crate::judge::{self, Judge, Settled};
 use crate::lasting::in_likeliest_noise;
 use crate::model::{self, Model};
@@ -21,7 +21,7 @@ use crate::reach::reach;
 use crate::search::Term;
 use crate::thresholds::NO_WORSE;
 use crate::thresholds::attempt::CLEARLY;
-use crate::thresholds::compose::CLEARLY as FORMS;
+use crate::thresholds::compose::{CLEARLY as FORMS, OVERFITTED};
 use crate::thresholds::verdict::MOST_ALTERNATIVES;
 use crate::verdict::{self, Said, Verdict};
 
@@ -64,6 +64,14 @@ impl Attempt<'_> {
         let as_short = with_forms.said.effects.len() <= self.said.effects.len();
         let does_better = as_short && with_forms.left() < self.left();
         (does_better || !with_forms.leaves_structure()) && self.has_less_merit_than(&with_forms.explanation)
+    }
+
+    /// Whether the search without the held-out rows chose what predicts them better, beyond the interval of the gain, and not
+    /// much worse than those that it saw.
+    fn is_shown_by_choice(&self) -> bool {
+        let chosen = self.settled.shown.as_ref().is_some_and(|shown| shown.chosen_without);
+        let certain = self.fit.gain.as_ref().is_some_and(Gain::is_certain);
+        chosen && certain && self.left() < OVERFITTED * self.fit.after.train_rms
     }
 
     fn has_less_merit_than(&self, with_forms: &Explanation) -> bool {
@@ -138,6 +146,20 @@ pub fn with_forms<'a>(
     };
     named.list_alternatives(&forms, hand_on.catalogue);
     Ok(named)
+}
+
+/// The best with curves among the effects, or `described`, which leaves structure, where that is to be preferred. A curve follows
+/// anything: it counts only where the search without the held-out rows predicts them better.
+pub fn with_curves<'a>(
+    hand_on: &HandOn<'a>,
+    skip: &[String],
+    accuracy: Option<f64>,
+    described: Attempt<'a>,
+) -> Attempt<'a> {
+    match best(hand_on, skip, accuracy) {
+        Ok(attempt) if described.gives_way_to(&attempt) && attempt.is_shown_by_choice() => attempt,
+        _ => described,
+    }
 }
 
 fn best_of<'a>(

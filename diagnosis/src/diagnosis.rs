@@ -202,10 +202,16 @@ fn of_readings(
         attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
     let wider = compose::with_forms(&effects, &named, hand_on.outset, &mirror.sensor);
     let hand_on = HandOn { catalogue: &wider, ..hand_on };
-    let best = match wider.len() > effects.len() {
+    let described = match wider.len() > effects.len() {
         true => attempt::with_forms(&hand_on, &options.skip, accuracy, named)
             .map_err(|reason| unusable(recording, reason))?,
         false => named,
+    };
+    let widest = compose::with_curves(&wider, &described, &mirror.sensor);
+    let hand_on = HandOn { catalogue: &widest, ..hand_on };
+    let best = match widest.len() > wider.len() {
+        true => attempt::with_curves(&hand_on, &options.skip, accuracy, described),
+        false => described,
     };
     let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, mut said } = best;
     let mut file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
@@ -232,7 +238,7 @@ fn of_readings(
         }
         Err(reason) => (None, Some(reason)),
     };
-    let found = found_terms(&explanation, &wider, &settled);
+    let found = found_terms(&explanation, &widest, &settled);
     let diagnosis = Diagnosis {
         bad_rows: screened.bad_rows(),
         judged: settled.judged,

@@ -129,7 +129,7 @@ impl Sentence {
         &self.root
     }
 
-    /// The interval of its values, in its unit.
+    /// The interval of its values, in its unit, where every `column` has its least and its largest value in some row.
     ///
     /// # Errors
     /// The place of an operation that has no value somewhere in the intervals: a division by zero, a root of what is
@@ -151,6 +151,11 @@ impl Sentence {
                 Ok(self.parameters[*index].range.unwrap_or(unbounded))
             }
             Node::Apply(Applied { operator, arguments, span, .. }) => {
+                if let [(Node::Column(name), 1.0)] = &arguments[..]
+                    && let Some(interval) = operator.interval_of_column(column(name))
+                {
+                    return Ok(interval);
+                }
                 let of = arguments.iter().map(|(argument, factor)| {
                     self.interval_of(argument, column)
                         .map(|interval| Interval::corners(interval, Interval::point(*factor), |a, b| a * b))

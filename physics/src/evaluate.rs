@@ -198,12 +198,26 @@ impl Node {
         })
     }
 
-    /// The figures of the recording in it, with their places and units.
+    /// The largest parts of it that hold figures of the recording and no other values, with their places and units.
     fn figures<'a>(&'a self, found: &mut Vec<(Range<usize>, &'a Node, &'a Unit)>) {
-        if let Node::Apply(Applied { operator, arguments, span, unit }) = self {
+        if let Node::Apply(Applied { arguments, span, unit, .. }) = self {
             match unit {
-                Some(unit) if operator.of_recording() => found.push((span.clone(), self, unit)),
+                Some(unit) if self.is_figure() => found.push((span.clone(), self, unit)),
                 _ => arguments.iter().for_each(|(argument, _)| argument.figures(found)),
+            }
+        }
+    }
+
+    /// Whether it is one number of the recording.
+    fn is_figure(&self) -> bool {
+        match self {
+            Node::Constant(_) | Node::Column(_) | Node::Parameter(_) => false,
+            Node::Apply(Applied { operator, arguments, .. }) => {
+                let is_number = |(argument, _): &(Node, f64)| {
+                    matches!(argument, Node::Constant(_)) || argument.is_figure()
+                };
+                operator.of_recording()
+                    || (arguments.iter().all(is_number) && arguments.iter().any(|(of, _)| of.is_figure()))
             }
         }
     }

@@ -3,6 +3,7 @@
 use crate::unit::Unit;
 
 const GRAMMAR: &str = include_str!("grammar.toml");
+const CURVES: &str = include_str!("curves.toml");
 const BEGINS: &str = "[[effect]]";
 
 /// Every form of a dependence on these columns and on the angle, as declarations that [`crate::declared`] reads.
@@ -14,11 +15,20 @@ const BEGINS: &str = "[[effect]]";
 /// assert!(forms.iter().any(|form| form.contains("k = { unit = \"p/(l/min)\" }")));
 /// ```
 pub fn forms(columns: &[&str]) -> Vec<String> {
+    of_columns(GRAMMAR, columns)
+}
+
+/// Curves over these columns and the angle, and what they remember, for where no form describes a dependence.
+pub fn curves(columns: &[&str]) -> Vec<String> {
+    of_columns(CURVES, columns)
+}
+
+/// The declarations of a file with every column in its places.
+fn of_columns(file: &str, columns: &[&str]) -> Vec<String> {
     let mut forms = Vec::new();
     // Comments are for the reader of the file: one stands before the form that it is about, and so behind another.
-    let grammar: Vec<&str> = GRAMMAR.lines().filter(|line| !line.starts_with('#')).collect();
-    for form in grammar.join("\n").split(BEGINS).skip(1).map(|form| format!("{BEGINS}{}\n", form.trim_end()))
-    {
+    let lines: Vec<&str> = file.lines().filter(|line| !line.starts_with('#')).collect();
+    for form in lines.join("\n").split(BEGINS).skip(1).map(|form| format!("{BEGINS}{}\n", form.trim_end())) {
         match (form.contains("{z}"), form.contains("{w}")) {
             (false, _) if form.contains("{shaft}") => {
                 let shafts = columns.iter().filter(|column| is_angle(column));

@@ -40,7 +40,7 @@ pub use declaration::{
 pub use error::ExpressionError;
 pub use evaluate::{Columns, Time, Value};
 pub use expression::{Expression, is_identifier};
-pub use grammar::forms;
+pub use grammar::{curves, forms};
 pub use interval::Interval;
 pub use known::OverRows;
 pub use operator::{ELEMENTS, Operation, Operator, table};

@@ -149,6 +149,7 @@ fn a_table_needs_units_that_agree_ends_in_order_and_values_alike() {
     let interval = |text: &str| read(text, "arcsec", &[]).unwrap().interval(&over);
     let backward = interval("table(coil_a, 1, 1, 2 [arcsec], 3)").unwrap_err().to_string();
     assert!(backward.contains("from 1 at most to 1 at least, expected an end above"), "{backward}");
+    assert!(interval("table(coil_a, lowest(coil_a), 2 * highest(coil_a), 2 [arcsec], 3)").is_ok());
     let values = interval("table(coil_a, 0, 1, 2 [arcsec], -7, coil_a * 1 [arcsec/A])");
     assert_eq!(values.unwrap(), Interval { from: -7.0, to: 2.0 });
 }
@@ -337,6 +338,13 @@ fn figures_of_a_recording_become_numbers() {
     assert_eq!(values, expected);
     // A mean has been taken off: what is left is rounding.
     assert!(expected.unwrap().iter().sum::<f64>().abs() < 1e-11);
+    // So does what is computed of figures alone.
+    let wide = "k * (temperature_c - (1.25 * lowest(temperature_c) - 0.25 * highest(temperature_c)))";
+    let sentence = read(wide, "arcsec", &parameters).unwrap();
+    let text = sentence.settled(&recording, &[1.0]).unwrap();
+    assert!(!text.contains("1.25"), "{text}");
+    let settled = read(&text, "arcsec", &parameters).unwrap();
+    assert_eq!(settled.values(&recording, &[2.0]), sentence.values(&recording, &[2.0]));
 }
 
 #[test]

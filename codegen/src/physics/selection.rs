@@ -4,6 +4,7 @@ use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;
 use fitter::terms::{Exponential, Operator, Scope, Term};
 
+use super::expression::Tree;
 use super::{Further, Physics, PhysicsError};
 use crate::extent::LeftOut;
 use crate::options::Options;
@@ -149,7 +150,6 @@ fn can_be_generated(term: &Term, sensor: &Sensor, options: &Options) -> Result<(
     let given = |name: &str| options.further.iter().any(|f| f.observable == name);
     let refuse =
         |why: &str| Err(PhysicsError::NotGenerated { effect: effect.clone(), kind, why: why.into() });
-    let periodically = matches!(term.operator, Operator::Lag(_) | Operator::Rate(_));
     let needs_period = || PhysicsError::NeedsPeriod { effect: effect.clone(), kind };
     match &term.operator {
         Operator::Exponential(e) if by_time(e, &options.further) => {
@@ -164,7 +164,7 @@ fn can_be_generated(term: &Term, sensor: &Sensor, options: &Options) -> Result<(
         _ => {}
     }
     let mut observables = term.operator.observables();
-    if periodically {
+    if matches!(term.operator, Operator::Lag(_) | Operator::Rate(_)) {
         // The time is that of the calls.
         observables.truncate(1);
     }
@@ -178,7 +178,9 @@ fn can_be_generated(term: &Term, sensor: &Sensor, options: &Options) -> Result<(
     if let Some(name) = observables.into_iter().find(|name| !of_reading(name) && !given(name)) {
         return Err(PhysicsError::Needs { effect, kind, observable: name.into() });
     }
-    if periodically && options.period_s.is_none() {
+    let is_pair = matches!(sensor, Sensor::EddyCurrentPair { .. });
+    let timed = Tree::of_term(term, is_pair).is_ok_and(|tree| tree.needs_period());
+    if timed && options.period_s.is_none() {
         return Err(needs_period());
     }
     Ok(())

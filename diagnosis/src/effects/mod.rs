@@ -14,7 +14,7 @@ mod read;
 mod report;
 mod term;
 
-pub use composed::composed;
+pub use composed::{composed, curves};
 pub use effect::Effect;
 pub use operators::{low_pass, play_from};
 pub use over::Over;

@@ -2,7 +2,7 @@
 
 use fitter::terms::Operator;
 
-use super::{Handed, Origin, catalogue_in, composed, listed};
+use super::{Handed, Origin, catalogue_in, composed, curves, listed};
 use crate::rows::Rows;
 use fitter::error_model::Sensor;
 
@@ -101,6 +101,9 @@ fn every_form_can_be_read_of_a_column_whose_unit_fits() {
         for unit in ["mm", "arcsec", "counts"] {
             let (made, known, _) = forms(&[column], unit);
             assert_eq!(made, known, "{column} in {unit}");
+            let columns = [column, "supply_v"];
+            let made = curves(&columns, &Sensor::Direct { unit: unit.into(), revolution: None }, &[]);
+            assert_eq!(made.len(), physics::curves(&columns).len(), "{column} in {unit}");
         }
     }
     // The common mode's past would average the noise of the probes.

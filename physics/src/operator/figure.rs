@@ -15,6 +15,8 @@ pub struct Figure {
     of: fn(&[f64]) -> f64,
     /// Its derivative, of the values and of theirs.
     slope: fn(&[f64], &[f64]) -> f64,
+    /// Of a column, given the least and the largest value that it has.
+    of_range: fn(Interval) -> Interval,
     /// Whether it is a number of rows.
     counts: bool,
 }
@@ -23,6 +25,7 @@ pub static MEAN: Figure = Figure {
     form: Form::new(Operation::Mean, "mean", "mean(e), over all rows", 1..=1),
     of: mean,
     slope: |_, slopes| mean(slopes),
+    of_range: |range| range,
     counts: false,
 };
 
@@ -30,6 +33,7 @@ pub static FIRST: Figure = Figure {
     form: Form::new(Operation::First, "first", "first(e), at the first row", 1..=1),
     of: |rows| rows[0],
     slope: |_, slopes| slopes[0],
+    of_range: |range| range,
     counts: false,
 };
 
@@ -37,6 +41,7 @@ pub static LOWEST: Figure = Figure {
     form: Form::new(Operation::Lowest, "lowest", "lowest(e), over all rows", 1..=1),
     of: |rows| rows.iter().copied().fold(f64::INFINITY, f64::min),
     slope: |rows, slopes| slopes[place(rows, |a, b| a < b)],
+    of_range: |range| Interval::point(range.from),
     counts: false,
 };
 
@@ -44,6 +49,7 @@ pub static HIGHEST: Figure = Figure {
     form: Form::new(Operation::Highest, "highest", "highest(e), over all rows", 1..=1),
     of: |rows| rows.iter().copied().fold(f64::NEG_INFINITY, f64::max),
     slope: |rows, slopes| slopes[place(rows, |a, b| a > b)],
+    of_range: |range| Interval::point(range.to),
     counts: false,
 };
 
@@ -51,8 +57,11 @@ pub static COUNT: Figure = Figure {
     form: Form::new(Operation::Count, "count", "count(e), of the rows at which e is positive", 1..=1),
     of: |rows| rows.iter().filter(|value| **value > 0.0).count() as f64,
     slope: |_, _| 0.0,
+    of_range: |_| NUMBER_OF_ROWS,
     counts: true,
 };
+
+const NUMBER_OF_ROWS: Interval = Interval { from: 0.0, to: f64::INFINITY };
 
 fn mean(rows: &[f64]) -> f64 {
     rows.iter().sum::<f64>() / rows.len() as f64
@@ -73,7 +82,11 @@ impl Operator for Figure {
     }
 
     fn interval(&self, of: &[Interval]) -> Result<Interval, String> {
-        Ok(if self.counts { Interval { from: 0.0, to: f64::INFINITY } } else { of[0] })
+        Ok(if self.counts { NUMBER_OF_ROWS } else { of[0] })
+    }
+
+    fn interval_of_column(&self, range: Interval) -> Option<Interval> {
+        Some((self.of_range)(range))
     }
 
     fn value(&self, of: &[Value], time: &Time) -> Value {

@@ -140,6 +140,10 @@ pub trait Operator: Sync {
     /// # Errors
     /// A sentence, where a value within the arguments' intervals has none.
     fn interval(&self, of: &[Interval]) -> Result<Interval, String>;
+    /// The same of a figure of a column, given the least and the largest value that the column has; none of others.
+    fn interval_of_column(&self, _: Interval) -> Option<Interval> {
+        None
+    }
     /// Its value at every row, with the derivatives by the parameters.
     fn value(&self, of: &[Value], time: &Time) -> Value;
     /// Its value of the values at one instant, the derivatives by them being written; NaN of what remembers.

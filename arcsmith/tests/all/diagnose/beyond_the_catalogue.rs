@@ -143,6 +143,22 @@ fn what_the_furthest_excursions_leave_is_described() {
 }
 
 #[test]
+fn what_has_no_form_is_described_by_a_curve() {
+    // Two humps of a coating that changes its phase, at 20 and 33 °C.
+    let hump = |t: f64, at: f64, width: f64| (-((t - at) / width).powi(2)).exp();
+    for seed in [1, 2] {
+        let json =
+            diagnosed(|_, _, t| 6.0 * hump(t, 20.0, 3.0) + 9.0 * hump(t, 33.0, 3.5), &white(seed), seed);
+        let effect = &json["effects"][0];
+        let formula = effect["formula"].as_str().unwrap_or_default();
+        assert!(formula.starts_with("table(temperature_c, "), "{json}");
+        assert_eq!(effect["kind"], "empirical", "{seed}");
+        let left = json["fit"]["after"]["held_out_rms"].as_f64().expect("held-out rows");
+        assert!(left < 2.0 * json["noise_floor"]["value"].as_f64().expect("a floor"), "{json}");
+    }
+}
+
+#[test]
 fn what_names_leave_is_not_taken_for_memory() {
     // Heat that goes with the square of the angle and dies away in 100 s, in correlated noise for 7 s.
     let mut heat = 0.0;

@@ -80,6 +80,13 @@ impl Tree {
         Tree::Apply(Operation::Product, vec![Tree::Number(factor), self])
     }
 
+    /// Whether it holds what depends on the time between two calls.
+    pub fn needs_period(&self) -> bool {
+        let Tree::Apply(operation, arguments) = self else { return false };
+        matches!(operation, Operation::LowPass | Operation::Rate | Operation::Delay)
+            || arguments.iter().any(Tree::needs_period)
+    }
+
     /// What it is at the first call, when every memory begins: the same, without memory.
     pub fn at_start(&self) -> Tree {
         let Tree::Apply(operation, arguments) = self else { return self.clone() };

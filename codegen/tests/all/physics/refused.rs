@@ -4,6 +4,7 @@ use std::path::Path;
 
 use codegen::generate::generate;
 
+use super::expression::expressed;
 use super::*;
 
 fn refused(terms: Vec<Term>, options: &Options) -> String {
@@ -73,6 +74,8 @@ fn what_cannot_be_generated_is_told() {
     assert!(wide.contains("covers 16…34") && wide.contains("allow to extrapolate"), "{wide}");
     let lag = |mean| term("thermal_lag", Operator::Lag(Lag::of(t, 60.0, mean)), vec![1.0]);
     assert!(refused(vec![lag(22.0)], &options).contains("needs the time between two calls"));
+    let slow = term("slow", expressed("k * lowpass(temperature_c, 60 [s]) / 1 [K]"), vec![1.0]);
+    assert!(refused(vec![slow], &options).contains("slow needs the time between two calls"));
     let timed = Options { period_s: Some(0.1), ..options.clone() };
     let apart = refused(vec![drift(22.0), lag(23.0)], &timed);
     assert!(
