@@ -149,15 +149,24 @@ pub fn with_forms<'a>(
 }
 
 /// The best with curves among the effects, or `described`, which leaves structure, where that is to be preferred. A curve follows
-/// anything: it counts only where the search without the held-out rows predicts them better.
+/// anything: it counts only where the search without the held-out rows predicts them better. The effects of the catalogue are
+/// curves from number `first` on.
 pub fn with_curves<'a>(
     hand_on: &HandOn<'a>,
     skip: &[String],
     accuracy: Option<f64>,
     described: Attempt<'a>,
+    first: usize,
 ) -> Attempt<'a> {
+    // Without a curve it is what the search without them refused.
+    let holds_curve = |attempt: &Attempt| {
+        attempt.settled.handed.terms.iter().any(|term| term.effect.is_some_and(|e| e >= first))
+    };
+    let counts = |attempt: &Attempt| {
+        holds_curve(attempt) && attempt.is_shown_by_choice() && described.gives_way_to(attempt)
+    };
     match best(hand_on, skip, accuracy) {
-        Ok(attempt) if described.gives_way_to(&attempt) && attempt.is_shown_by_choice() => attempt,
+        Ok(attempt) if counts(&attempt) => attempt,
         _ => described,
     }
 }

@@ -24,7 +24,7 @@ pub fn with_forms(effects: &[Effect], attempt: &Attempt, outset: &Outset, sensor
     if stands_alone(attempt, outset, &forms) { effects.to_vec() } else { [effects, &forms].concat() }
 }
 
-/// The effects with curves over the same columns; without them where no structure is left.
+/// The effects with curves over the same columns, in place of the forms; without them where no structure is left.
 pub fn with_curves(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec<Effect> {
     if !attempt.leaves_structure() {
         return effects.to_vec();

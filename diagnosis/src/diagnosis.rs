@@ -115,6 +115,8 @@ pub struct Outcome {
 
 /// Something that was found in a recording, for a comparison with another.
 pub(crate) struct FoundTerm {
+    /// Its family in the search.
+    pub family: usize,
     /// The effect; none of structure without a name.
     pub effect: Option<Effect>,
     /// Where it lives.
@@ -207,13 +209,16 @@ fn of_readings(
             .map_err(|reason| unusable(recording, reason))?,
         false => named,
     };
-    let widest = compose::with_curves(&wider, &described, &mirror.sensor);
-    let hand_on = HandOn { catalogue: &widest, ..hand_on };
-    let best = match widest.len() > wider.len() {
-        true => attempt::with_curves(&hand_on, &options.skip, accuracy, described),
+    let curved = compose::with_curves(&effects, &described, &mirror.sensor);
+    let best = match curved.len() > effects.len() {
+        true => {
+            let hand_on = HandOn { catalogue: &curved, ..hand_on };
+            attempt::with_curves(&hand_on, &options.skip, accuracy, described, effects.len())
+        }
         false => described,
     };
     let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, mut said } = best;
+    let hand_on = HandOn { catalogue: explanation.search.catalogue, ..hand_on };
     let mut file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
         (true, _) => {
             Err("the model holds beside your own simulation only, which no coefficients file holds".into())
@@ -238,7 +243,7 @@ fn of_readings(
         }
         Err(reason) => (None, Some(reason)),
     };
-    let found = found_terms(&explanation, &widest, &settled);
+    let found = found_terms(&explanation, &settled);
     let diagnosis = Diagnosis {
         bad_rows: screened.bad_rows(),
         judged: settled.judged,
@@ -265,10 +270,12 @@ fn too_short(rows: &Rows) -> String {
     )
 }
 
-fn found_terms(explanation: &Explanation, catalogue: &[Effect], settled: &Settled) -> Vec<FoundTerm> {
+fn found_terms(explanation: &Explanation, settled: &Settled) -> Vec<FoundTerm> {
+    let catalogue = explanation.search.catalogue;
     let of = |term: &FittedTerm| {
         let same = |t: &&FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
         FoundTerm {
+            family: term.term.family,
             effect: term.effect.map(|e| catalogue[e].clone()),
             place: verdict::place_of(explanation, catalogue, &term.term),
             shape: term.term.shape.clone(),

@@ -69,7 +69,7 @@ pub struct Applied {
     /// Every argument with the factor that brings it to the unit that the operator needs.
     pub arguments: Vec<(Node, f64)>,
     pub(crate) span: Range<usize>,
-    /// The unit of a figure of the recording; none of anything else.
+    /// The unit of what is computed of figures of the recording alone; none of anything else.
     pub(crate) unit: Option<Unit>,
 }
 
@@ -262,7 +262,8 @@ impl Reader<'_> {
             )
         })?;
         let arguments = nodes.into_iter().zip(factors).collect();
-        let unit = operator.of_recording().then(|| quantity.unit());
-        Ok((Node::Apply(Applied { operator, arguments, span: span.clone(), unit }), quantity, degree))
+        let mut applied = Applied { operator, arguments, span: span.clone(), unit: None };
+        applied.unit = applied.is_figure().then(|| quantity.unit());
+        Ok((Node::Apply(applied), quantity, degree))
     }
 }

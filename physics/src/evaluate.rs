@@ -198,27 +198,25 @@ impl Node {
         })
     }
 
-    /// The largest parts of it that hold figures of the recording and no other values, with their places and units.
+    /// The largest parts of it that are computed of figures of the recording alone, with their places and units.
     fn figures<'a>(&'a self, found: &mut Vec<(Range<usize>, &'a Node, &'a Unit)>) {
         if let Node::Apply(Applied { arguments, span, unit, .. }) = self {
             match unit {
-                Some(unit) if self.is_figure() => found.push((span.clone(), self, unit)),
-                _ => arguments.iter().for_each(|(argument, _)| argument.figures(found)),
+                Some(unit) => found.push((span.clone(), self, unit)),
+                None => arguments.iter().for_each(|(argument, _)| argument.figures(found)),
             }
         }
     }
+}
 
-    /// Whether it is one number of the recording.
-    fn is_figure(&self) -> bool {
-        match self {
-            Node::Constant(_) | Node::Column(_) | Node::Parameter(_) => false,
-            Node::Apply(Applied { operator, arguments, .. }) => {
-                let is_number = |(argument, _): &(Node, f64)| {
-                    matches!(argument, Node::Constant(_)) || argument.is_figure()
-                };
-                operator.of_recording()
-                    || (arguments.iter().all(is_number) && arguments.iter().any(|(of, _)| of.is_figure()))
-            }
-        }
+impl Applied {
+    /// Whether it is one number of the recording: a figure, or computed of figures and constants.
+    pub(crate) fn is_figure(&self) -> bool {
+        let is_figure =
+            |(node, _): &(Node, f64)| matches!(node, Node::Apply(applied) if applied.unit.is_some());
+        let is_number =
+            |argument: &(Node, f64)| matches!(argument.0, Node::Constant(_)) || is_figure(argument);
+        self.operator.of_recording()
+            || (self.arguments.iter().all(is_number) && self.arguments.iter().any(is_figure))
     }
 }

@@ -115,6 +115,15 @@ impl Effect {
         columns.map(String::as_str).filter(|name| Read::need_not_be(name).is_some()).collect()
     }
 
+    /// The column of which what it adds at a shape is a function; none where it is of several, or depends on the rows before.
+    pub fn argument(&self, shape: &[f64]) -> Option<&str> {
+        let sentence = &self.form(shape).sentence;
+        match &sentence.columns[..] {
+            [column] if !sentence.remembers() => Some(column),
+            _ => None,
+        }
+    }
+
     /// How a form without a name would be declared as an effect.
     pub fn declaration(&self) -> Option<String> {
         match &self.origin {

@@ -4,6 +4,7 @@ mod charts;
 mod compare;
 mod formula;
 mod map;
+mod partial;
 mod spectra;
 mod surface;
 mod traces;
@@ -100,6 +101,15 @@ pub fn page(outcome: &Outcome, beside: &Beside) -> String {
         note: format!("Before: {SIMULATION}; after: {model}. Lines are running means."),
         figures: shown.iter().map(chart).collect(),
     };
+    let parts = Section {
+        title: "What the effects add",
+        note: "Dots: the residual with the effect's own part. Band: 95 %, for the shape that was found."
+            .into(),
+        figures: partial::figures(outcome, &after),
+    };
+    let scatter = scatter(&after, &format!("the residual {model}"), &d.noise_floor.unit);
+    let mut sections = vec![parts, residuals, scatter];
+    sections.retain(|section| !section.figures.is_empty());
     let base = formula::base(outcome);
     Page {
         answer: d,
@@ -113,7 +123,7 @@ pub fn page(outcome: &Outcome, beside: &Beside) -> String {
         plant: Vec::new(),
         map: Some(map::mismatch(outcome, &before, &after)),
         growth: Vec::new(),
-        sections: [residuals, scatter(&after, &format!("the residual {model}"), &d.noise_floor.unit)].into(),
+        sections,
         formula: formula::of_calibration(d, &base),
     }
     .render()
