@@ -143,19 +143,15 @@ fn what_the_furthest_excursions_leave_is_described() {
 }
 
 #[test]
-fn what_has_no_form_is_described_by_a_curve_where_forms_leave_structure() {
-    // Two humps, as of a coating that changes its phase at 20 and 33 °C. In some noise two forms do as well.
+fn what_has_no_form_is_described_by_a_curve() {
+    // Two humps, as of a coating that changes its phase at 20 and 33 °C.
     let hump = |t: f64, at: f64, width: f64| (-((t - at) / width).powi(2)).exp();
-    let formulas = [1, 2].map(|seed| {
-        let json =
-            diagnosed(|_, _, t| 6.0 * hump(t, 20.0, 3.0) + 9.0 * hump(t, 33.0, 3.5), &white(seed), seed);
-        let effects = json["effects"].as_array().expect("effects");
-        assert!(effects.iter().all(|effect| effect["kind"] == "empirical"), "{seed}: {effects:?}");
-        let left = json["fit"]["after"]["held_out_rms"].as_f64().expect("held-out rows");
-        assert!(left < 2.0 * json["noise_floor"]["value"].as_f64().expect("a floor"), "{json}");
-        effects[0]["formula"].as_str().unwrap_or_default().to_string()
-    });
-    assert!(formulas.iter().any(|formula| formula.starts_with("table(temperature_c, ")), "{formulas:?}");
+    let json = diagnosed(|_, _, t| 6.0 * hump(t, 20.0, 3.0) + 9.0 * hump(t, 33.0, 3.5), &white(1), 1);
+    let effect = &json["effects"][0];
+    assert!(effect["formula"].as_str().unwrap_or_default().starts_with("table(temperature_c, "), "{json}");
+    assert_eq!((effect["kind"].as_str(), json["verdict"].as_str()), (Some("empirical"), Some("described")));
+    let left = json["fit"]["after"]["held_out_rms"].as_f64().expect("held-out rows");
+    assert!(left < 1.3 * json["noise_floor"]["value"].as_f64().expect("a floor"), "{json}");
 }
 
 #[test]
