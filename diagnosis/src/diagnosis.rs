@@ -210,21 +210,14 @@ fn of_readings(
         false => named,
     };
     let curved = compose::with_curves(&effects, &described, &mirror.sensor);
+    let with_curves = HandOn { catalogue: &curved, ..hand_on };
     let best = match curved.len() > effects.len() {
-        true => {
-            let hand_on = HandOn { catalogue: &curved, ..hand_on };
-            attempt::with_curves(&hand_on, &options.skip, accuracy, described, effects.len())
-        }
+        true => attempt::with_curves(&with_curves, &options.skip, accuracy, described, effects.len()),
         false => described,
     };
     let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, mut said } = best;
     let hand_on = HandOn { catalogue: explanation.search.catalogue, ..hand_on };
-    let mut file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
-        (true, _) => {
-            Err("the model holds beside your own simulation only, which no coefficients file holds".into())
-        }
-        (false, file) => file,
-    };
+    let mut file = handed_on(&hand_on, &settled);
     if let Some((other, other_rows)) = &other {
         score_on(other, other_rows, &mut fit, &before_file, file.as_ref().ok());
     }
@@ -235,9 +228,7 @@ fn of_readings(
     compose::number(&mut said, &mut settled.judged, file.as_mut().ok());
     let (coefficients, withheld) = match file {
         Ok(mut file) => {
-            let typical = explanation.search.noise.correlation.typical();
-            // The covariance is that of rows made white.
-            let correlation = (typical > 0.0).then_some(Correlation { neighbours: typical, of_fitted: 1.0 });
+            let correlation = whitened(&explanation);
             file.set_recorded(Recorded { correlation, ..Recorded::of(recording, mirror.reference, &[]) });
             (Some(with_diagnosis(file, &said, &fit, &noise_floor)), None)
         }
@@ -259,6 +250,22 @@ fn of_readings(
     let forced = options.forced.then(|| Forced::of(&explanation, &settled.joint));
     let after = settled.handed;
     Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, found, forced }, far_out))
+}
+
+/// The coefficients file of what is handed on, or why there is none.
+fn handed_on(hand_on: &HandOn, settled: &Settled) -> Result<Coefficients, String> {
+    if hand_on.simulated {
+        return Err(
+            "the model holds beside your own simulation only, which no coefficients file holds".into()
+        );
+    }
+    hand_on.file(&settled.refitted, &settled.handed)
+}
+
+/// The correlation of the noise, of which the covariance knows: it is that of rows made white.
+fn whitened(explanation: &Explanation) -> Option<Correlation> {
+    let typical = explanation.search.noise.correlation.typical();
+    (typical > 0.0).then_some(Correlation { neighbours: typical, of_fitted: 1.0 })
 }
 
 /// What is said where no rows can be held out.
