@@ -54,16 +54,20 @@ impl Attempt<'_> {
     }
 
     /// Whether an attempt with forms is to be preferred to this one of named effects alone: where these explain everything,
-    /// only by a clearly greater merit of its terms. Where it leaves structure, it must also have no more effects and leave less
-    /// of held-out readings: two effects that explain everything are not given up for five that do not.
+    /// only by a clearly greater merit of its terms. Where the forms leave structure, they must also be no more effects and leave
+    /// less of held-out readings: two effects that explain everything are not given up for five that do not.
     fn gives_way_to(&self, with_forms: &Attempt) -> bool {
         if self.leaves_structure() {
-            let fitted = |attempt: &Attempt| attempt.fit.after.train_rms;
-            return with_forms.left() < self.left() && fitted(with_forms) <= NO_WORSE * fitted(self);
+            return self.leaves_more_than(with_forms);
         }
         let as_short = with_forms.said.effects.len() <= self.said.effects.len();
         let does_better = as_short && with_forms.left() < self.left();
         (does_better || !with_forms.leaves_structure()) && self.has_less_merit_than(&with_forms.explanation)
+    }
+
+    /// Whether another attempt leaves less of held-out readings, and no more of fitted ones.
+    fn leaves_more_than(&self, other: &Attempt) -> bool {
+        other.left() < self.left() && other.fit.after.train_rms <= NO_WORSE * self.fit.after.train_rms
     }
 
     /// Whether the search without the held-out rows chose what predicts them better, beyond the interval of the gain, and not
@@ -148,9 +152,9 @@ pub fn with_forms<'a>(
     Ok(named)
 }
 
-/// The best with curves among the effects, or `described`, which leaves structure, where that is to be preferred. A curve follows
-/// anything: it counts only where the search without the held-out rows predicts them better. The effects of the catalogue are
-/// curves from number `first` on.
+/// The best with curves beside the named effects, where it leaves less than `described`, which leaves structure; else that. A curve
+/// follows anything: it counts only where the search without the held-out rows predicts them better. The effects of the
+/// catalogue are curves from number `first` on.
 pub fn with_curves<'a>(
     hand_on: &HandOn<'a>,
     skip: &[String],
@@ -163,7 +167,7 @@ pub fn with_curves<'a>(
         attempt.settled.handed.terms.iter().any(|term| term.effect.is_some_and(|e| e >= first))
     };
     let counts = |attempt: &Attempt| {
-        holds_curve(attempt) && attempt.is_shown_by_choice() && described.gives_way_to(attempt)
+        holds_curve(attempt) && attempt.is_shown_by_choice() && described.leaves_more_than(attempt)
     };
     match best(hand_on, skip, accuracy) {
         Ok(attempt) if counts(&attempt) => attempt,

@@ -12,14 +12,19 @@ use crate::verdict::{angle_name, values_of};
 
 /// A figure of every such effect that is handed on; `after` is the residual of all rows.
 pub(super) fn figures(outcome: &Outcome, after: &[f64]) -> Vec<Figure> {
-    let of = |term: &FittedTerm| {
+    let of = |(number, term): (usize, &FittedTerm)| {
         let found = outcome.found.iter().find(|found| found.family == term.term.family)?;
-        figure(outcome, term, found, after)
+        figure(outcome, term, (number, found), after)
     };
-    outcome.after.terms.iter().filter_map(of).collect()
+    outcome.after.terms.iter().enumerate().filter_map(of).collect()
 }
 
-fn figure(outcome: &Outcome, term: &FittedTerm, found: &FoundTerm, after: &[f64]) -> Option<Figure> {
+fn figure(
+    outcome: &Outcome,
+    term: &FittedTerm,
+    (number, found): (usize, &FoundTerm),
+    after: &[f64],
+) -> Option<Figure> {
     let (rows, effect) = (&outcome.rows, found.effect.as_ref()?);
     let variable = match effect.argument(&term.term.shape)? {
         "angle" | "measured" | "true_angle" => angle_name(rows),
@@ -47,7 +52,7 @@ fn figure(outcome: &Outcome, term: &FittedTerm, found: &FoundTerm, after: &[f64]
             Series::new("the effect", Mark::Line, Colour::Second, line),
         ],
     };
-    Some(Figure::of(&format!("adds-{}", effect.id), &effect.title, String::new(), chart))
+    Some(Figure::of(&format!("adds-{}-{}", number + 1, effect.id), &effect.title, String::new(), chart))
 }
 
 /// Standard deviation of what a term adds to each row, about its mean over the rows.

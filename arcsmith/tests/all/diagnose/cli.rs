@@ -23,6 +23,22 @@ fn a_quiet_recording_is_consistent_and_everything_is_written() {
 }
 
 #[test]
+fn the_page_shows_what_each_of_two_steps_adds() {
+    let scene = scene();
+    let path = recording(scene.folder.path(), "steps.csv", 6, |row, cells| {
+        let value: f64 = cells[5].parse().expect("a number");
+        let moved = if row < 60 { 0.0 } else { 4.0 } + if row < 130 { 0.0 } else { 3.0 };
+        cells[5] = format!("{:.3}", value - moved);
+    });
+    let (output, out) = scene.diagnose(&[&path], &[]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let page = std::fs::read_to_string(out.join("steps.html")).expect("the report");
+    let (_, adds) = page.split_once("What the effects add").expect("the section");
+    let (adds, _) = adds.split_once("Residual before and after").expect("the next section");
+    assert_eq!(adds.matches("<svg").count(), 2, "one chart for each step");
+}
+
+#[test]
 fn a_step_is_named_with_its_time() {
     let scene = scene();
     let path = recording(scene.folder.path(), "step.csv", 6, |row, cells| {

@@ -84,6 +84,7 @@ fn a_declared_effect_is_named_fitted_and_applied() {
     }
     let page = std::fs::read_to_string(out.join("first.html")).expect("the page");
     assert!(page.contains("k * lowpass(coil_a^2, tau)"), "the page shows the formula");
+    assert!(!page.contains("What the effects add"), "what remembers is no function of its column");
 
     // On another recording of the device the noise alone is left.
     let coefficients = out.join("first.coefficients.json").display().to_string();
