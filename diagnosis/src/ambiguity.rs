@@ -11,17 +11,31 @@ use crate::rows::Rows;
 use crate::search::{Found, Term};
 use crate::thresholds::ambiguity::{CONTAINED, DISAGREES, SHIFTS};
 use crate::thresholds::search::SHAPE_PRICE;
-use crate::thresholds::verdict::ALTERNATIVE_MARGIN;
+use crate::thresholds::verdict::{ALTERNATIVE_MARGIN, MOST_LOG_ODDS};
 use crate::verdict::without;
 
-/// The terms of a model in whose place another effect of `searched` does nearly as well here and predicts something else for
-/// other recordings, with that effect. `searched` may know more effects than `explanation`, in which the terms were found.
-pub fn ambiguous<'c>(
+/// A term in whose place another effect does nearly as well here and predicts something else for other recordings.
+pub struct Conflict<'e, 'a> {
+    /// The term.
+    pub term: Term,
+    /// The other effect's, as `searched` knows it.
+    pub rival: Term,
+    /// The other effect, by its number in the catalogue.
+    pub effect: usize,
+    /// How likely it is beside the term: by the Bayesian information criterion, both being equally likely before.
+    pub odds: f64,
+    /// The search that knows it.
+    pub searched: &'e Explanation<'a>,
+}
+
+/// The conflicts of a model's terms with effects of `searched`, which may know more effects than `explanation`, in which the
+/// terms were found.
+pub fn conflicts<'e, 'a>(
     explanation: &Explanation,
-    catalogue: &'c [Effect],
+    catalogue: &[Effect],
     joint: &Model,
-    searched: &Explanation,
-) -> Vec<(Term, &'c Effect)> {
+    searched: &'e Explanation<'a>,
+) -> Vec<Conflict<'e, 'a>> {
     let search = &searched.search;
     let rival = |term: &Term| {
         let others = without(explanation, joint, term);
@@ -29,22 +43,23 @@ pub fn ambiguous<'c>(
         let own = search.translated(&explanation.search, std::slice::from_ref(term));
         let own = own.first().filter(|_| known.len() == others.len())?;
         search.effect(own.family).filter(|e| !catalogue[*e].of_one_time)?;
-        conflicting_rival(searched, catalogue, joint.order, &known, own)
+        let (rival, odds) = conflicting_rival(searched, catalogue, joint.order, &known, own)?;
+        Some(Conflict { term: term.clone(), effect: search.effect(rival.family)?, rival, odds, searched })
     };
     let named = joint.terms.iter().filter(|term| term.effect.is_some());
-    named.filter_map(|term| Some((term.term.clone(), rival(&term.term)?))).collect()
+    named.filter_map(|term| rival(&term.term)).collect()
 }
 
 /// An effect that does nearly as well in the term's place beside the others, would show in other recordings of the device as
-/// well, and disagrees with it where the columns come at another time. Only what needs no shape to be searched counts: with
-/// one nearly everything is imitated by something far-fetched.
-fn conflicting_rival<'c>(
+/// well, and disagrees with it where the columns come at another time; with its odds. Only what needs no shape to be searched
+/// counts: with one nearly everything is imitated by something far-fetched.
+fn conflicting_rival(
     explanation: &Explanation,
-    catalogue: &'c [Effect],
+    catalogue: &[Effect],
     order: usize,
     others: &[Term],
     term: &Term,
-) -> Option<&'c Effect> {
+) -> Option<(Term, f64)> {
     let search = &explanation.search;
     let rows = search.rows;
     let own = search.effect(term.family)?;
@@ -52,10 +67,11 @@ fn conflicting_rival<'c>(
     let explained = |added: &Term| search.explained(&with(added)) - search.explained(others);
     let free = |term: &Term| search.effect(term.family).map_or(0, |e| search.free_shapes(e));
     let cost = |term: &Term| cost(rows.len(), term.columns.len(), free(term));
-    let least = explained(term) - cost(term) - ALTERNATIVE_MARGIN;
+    let worth = explained(term) - cost(term);
     let plain = |e: usize| !catalogue[e].of_one_time && search.free_shapes(e) == 0;
     let of_device = |f: usize| search.effect(f).is_some_and(|e| e != own && plain(e));
-    let as_good = |found: &&Found| found.explained - cost(&found.term) > least;
+    let better_by = |found: &Found| found.explained - cost(&found.term) - worth;
+    let as_good = |found: &&Found| better_by(found) > -ALTERNATIVE_MARGIN;
     // A richer form of the term is no other effect: what it adds was not needed here.
     let holds = |found: &&Found| term.columns.iter().all(|column| contained(column, &found.term.columns));
     let shifted = SHIFTS.map(|part| shifted_columns(rows, part));
@@ -85,7 +101,7 @@ fn conflicting_rival<'c>(
     };
     let found = search.contenders(others, of_device);
     let rival = found.iter().filter(as_good).filter(|found| !holds(found)).find(disagrees)?;
-    Some(&catalogue[search.effect(rival.term.family)?])
+    Some((rival.term.clone(), (0.5 * better_by(rival)).min(MOST_LOG_ODDS).exp()))
 }
 
 /// What an effect must explain for its freedom, in −2 log likelihood: a column what the Bayesian information criterion says, a

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use fitter::Coefficients;
 use numerics::rms;
 
-use crate::ambiguity::ambiguous;
+use crate::ambiguity::conflicts;
 use crate::condense::Condensed;
 use crate::diagnosis::NoiseFloor;
 use crate::effects::Effect;
@@ -120,8 +120,8 @@ pub fn best<'a>(hand_on: &HandOn<'a>, skip: &[String], accuracy: Option<f64>) ->
     best_of(explain(hand_on.rows, hand_on.outset, hand_on.catalogue, skip), hand_on, skip, accuracy)
 }
 
-/// The best with forms among the effects, or `named` where that is to be preferred: then without the effects in whose place
-/// forms do nearly as well here and contradict them elsewhere.
+/// The best with forms among the effects, or `named` where that is to be preferred: then with the forms that do nearly as well
+/// in the place of its effects and contradict them elsewhere.
 ///
 /// # Errors
 /// Why not even the base makes a model.
@@ -143,7 +143,7 @@ pub fn with_forms<'a>(
             Err(_) => return Ok(named),
         },
     };
-    let rivals = ambiguous(&named.explanation, hand_on.catalogue, &named.settled.handed, &forms);
+    let rivals = conflicts(&named.explanation, hand_on.catalogue, &named.settled.handed, &forms);
     let mut named = match rivals.is_empty() {
         true => named,
         false => judged(named.explanation, hand_on, accuracy, Some(&forms))?,

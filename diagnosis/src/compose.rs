@@ -12,14 +12,11 @@ use crate::effects::{Effect, composed, curves};
 use crate::explain::Outset;
 use crate::generic::observables;
 use crate::thresholds::compose::MOST_COLUMNS;
-use crate::verdict::{EMPIRICAL, NamedEffect, Said, Verdict};
+use crate::verdict::{EMPIRICAL, NamedEffect, Said};
 
-/// The effects with the forms of dependences on the columns that tell most, and on the angle's past; without them where
-/// nothing was found, and where one named effect stands alone.
+/// The effects with the forms of dependences on the columns that tell most, and on the angle's past; without them where one
+/// named effect stands alone.
 pub fn with_forms(effects: &[Effect], attempt: &Attempt, outset: &Outset, sensor: &Sensor) -> Vec<Effect> {
-    if attempt.said.verdict == Verdict::Consistent {
-        return effects.to_vec();
-    }
     let forms = composed(&strs(&telling_columns(attempt)), sensor, &ids(effects));
     if stands_alone(attempt, outset, &forms) { effects.to_vec() } else { [effects, &forms].concat() }
 }

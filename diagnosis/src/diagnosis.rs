@@ -259,7 +259,7 @@ fn handed_on(hand_on: &HandOn, settled: &Settled) -> Result<Coefficients, String
             "the model holds beside your own simulation only, which no coefficients file holds".into()
         );
     }
-    hand_on.file(&settled.refitted, &settled.handed)
+    hand_on.mean(&settled.refitted, &settled.handed, &settled.instead)
 }
 
 /// The correlation of the noise, of which the covariance knows: it is that of rows made white.

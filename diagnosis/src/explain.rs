@@ -100,7 +100,7 @@ impl Outset {
 pub fn explain<'a>(rows: &'a Rows, outset: &Outset, catalogue: &'a [Effect], skip: &[String]) -> Found<'a> {
     let Outset { order, base, covariates, slow, noise } = outset;
     let order = *order;
-    let floor = reading_noise(noise, rows);
+    let floor = noise.as_read;
     // What a curved characteristic leaves of a straight line is no mismatch.
     let curved = base_columns(rows, order.max(CHARACTERISTIC.min(highest_order(rows))));
     let gross = Some(floor).filter(|floor| left_by(&curved, &rows.error, None) > GROSS * floor);
@@ -157,13 +157,13 @@ pub fn explain<'a>(rows: &'a Rows, outset: &Outset, catalogue: &'a [Effect], ski
         false => None,
     };
     let about = last.as_ref().unwrap_or(&search);
-    let mut floor = reading_noise(&about.noise, rows);
+    let mut floor = about.noise.as_read;
     if let Some(rest) = rest.and_then(|rest| beyond_names(rest, base, &terms)) {
         terms.push(rest);
         // What is found is no noise.
         let model = columns_with(base, &terms);
         let noise = estimate(&rows.error, &rows.t_s, &model, &model, covariates, slow);
-        floor = floor.min(reading_noise(&noise, rows));
+        floor = floor.min(noise.as_read);
     }
     let search = last.unwrap_or(search);
     Found { explanation: Explanation { search, terms, chosen, floor, gross: false }, gross }
@@ -187,12 +187,6 @@ fn beyond_names(rest: Term, base: &[Vec<f64>], names: &[Term]) -> Option<Term> {
     };
     let columns: Vec<Vec<f64>> = rest.columns.iter().filter_map(beyond).collect();
     (!columns.is_empty()).then(|| Term { columns: Arc::new(columns), ..rest })
-}
-
-/// Standard deviation of a reading as it was read, outliers and all.
-fn reading_noise(noise: &Noise, rows: &Rows) -> f64 {
-    let moved: Vec<f64> = rows.error.iter().zip(&noise.clean).map(|(y, clean)| y - clean).collect();
-    noise.level.hypot(rms(&moved))
 }
 
 /// The terms with the strongest significant effect more; of those that do nearly as well one that a correction can undo,

@@ -1,5 +1,6 @@
 //! The augmented model as a coefficients file, which `apply` and `generate` read.
 
+mod mean;
 mod other_recordings;
 
 use std::collections::BTreeMap;
@@ -19,6 +20,7 @@ use crate::refit;
 use crate::rows::Rows;
 use crate::screened::Seen;
 use crate::thresholds::hand_on::{BEYOND, MARGIN};
+use crate::undecided::Weighted;
 
 /// Everything that turns a model of a recording into what is handed on, and counts what that leaves.
 pub struct HandOn<'a> {
@@ -52,13 +54,21 @@ impl HandOn<'_> {
     pub fn file(&self, refitted: &Coefficients, model: &Model) -> Result<Coefficients, String> {
         let mut file = refitted.clone();
         self.share_out(&mut file, model);
-        if let Some(turn) = &mut file.turn {
-            turn.amplitudes = amplitudes(&file.terms, turn.revolution);
-        }
-        match fitter::acceptance::to_apply(&file) {
-            Ok(()) => Ok(file),
-            Err(refusal) => Err(refusal.to_string()),
-        }
+        accepted(file)
+    }
+
+    /// The same of the mean of such a model and others.
+    ///
+    /// # Errors
+    /// As of [`HandOn::file`].
+    pub fn mean(
+        &self,
+        refitted: &Coefficients,
+        model: &Model,
+        others: &[Weighted],
+    ) -> Result<Coefficients, String> {
+        let file = self.file(refitted, model)?;
+        if others.is_empty() { Ok(file) } else { accepted(mean::mean(&file, others)) }
     }
 
     /// The order of the base that `fit` chooses for this recording; none where it was given, where a turn repeats, where
@@ -225,6 +235,20 @@ impl HandOn<'_> {
             coefficients,
             covariance,
         });
+    }
+}
+
+/// A file as `apply` accepts it.
+///
+/// # Errors
+/// The sentence with which `apply` would refuse it.
+fn accepted(mut file: Coefficients) -> Result<Coefficients, String> {
+    if let Some(turn) = &mut file.turn {
+        turn.amplitudes = amplitudes(&file.terms, turn.revolution);
+    }
+    match fitter::acceptance::to_apply(&file) {
+        Ok(()) => Ok(file),
+        Err(refusal) => Err(refusal.to_string()),
     }
 }
 

@@ -7,7 +7,6 @@ use std::sync::OnceLock;
 use fitter::Coefficients;
 use numerics::rms;
 
-use crate::ambiguity::ambiguous;
 use crate::diagnosis::NoiseFloor;
 use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
@@ -18,6 +17,7 @@ use crate::model::{self, FittedTerm, Model, choose_order};
 use crate::search::Term;
 use crate::thresholds::judge::{ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, REMEMBERS};
 use crate::thresholds::{AT_FLOOR, NO_WORSE};
+use crate::undecided::Weighted;
 use crate::verdict::Verdict;
 
 /// What is said where named effects are not handed on.
@@ -32,7 +32,9 @@ pub struct Settled {
     pub handed: Model,
     /// It as it was refitted.
     pub refitted: Coefficients,
-    /// What it leaves of every reading.
+    /// Models with other effects in the place of some of its terms: what is handed on is the mean of all of them.
+    pub instead: Vec<Weighted>,
+    /// What is handed on leaves of every reading.
     pub left: Vec<f64>,
     /// What it leaves of held-out readings; none where nothing can be held out.
     pub shown: Option<Shown>,
@@ -45,11 +47,11 @@ pub struct Settled {
 }
 
 /// A model that may be handed on, as it was refitted, with what it leaves and shows.
-struct Handed {
-    model: Model,
-    refitted: Coefficients,
-    left: Vec<f64>,
-    shown: Option<Shown>,
+pub struct Handed {
+    pub model: Model,
+    pub refitted: Coefficients,
+    pub left: Vec<f64>,
+    pub shown: Option<Shown>,
 }
 
 /// What is judged, and with what.
@@ -100,20 +102,24 @@ impl<'a> Judge<'a, '_> {
                         return self.base_alone(joint, withdrawn, judged);
                     }
                     Ok(handed) => {
-                        let (mut kept, ambiguous) = self.unambiguous(&named, &joint);
+                        let mut kept = named.clone();
                         self.keep_beyond_noise(&mut kept, &joint, &mut judged);
-                        let Some(Handed { model: handed, refitted, left, shown }) =
-                            self.only(handed, &kept, named.len())
-                        else {
+                        let undecided = self.undecided(&mut kept, &joint);
+                        let Some(handed) = self.only(handed, &kept, named.len()) else {
                             self.extend_intervals(&mut joint, &mut judged);
+                            let ambiguous = undecided.said;
                             return Settled { ambiguous, ..self.base_alone(joint, withdrawn, judged) };
                         };
-                        self.as_handed_on(&mut joint, &handed, &refitted);
+                        self.as_handed_on(&mut joint, &handed.model, &handed.refitted);
                         self.extend_intervals(&mut joint, &mut judged);
+                        let (Handed { model: handed, refitted, left, shown }, instead) =
+                            self.mean(handed, undecided.instead);
+                        let ambiguous = undecided.said;
                         return Settled {
                             joint,
                             handed,
                             refitted,
+                            instead,
                             left,
                             shown,
                             withdrawn,
@@ -132,27 +138,6 @@ impl<'a> Judge<'a, '_> {
             withdrawn.extend(joint.terms.iter().find(is_worst).cloned());
             named.remove(worst);
         }
-    }
-
-    /// The effects in whose place no other does nearly as well here and predicts something else for other recordings; of the
-    /// others a sentence each.
-    fn unambiguous(&self, named: &[Term], joint: &Model) -> (Vec<Term>, Vec<String>) {
-        let searched = [Some(self.explanation), self.with_forms].into_iter().flatten();
-        let found = searched.flat_map(|s| ambiguous(self.explanation, self.catalogue, joint, s));
-        let mut kept = named.to_vec();
-        let mut said = Vec::new();
-        for (term, rival) in found {
-            let Some(at) = kept.iter().position(|kept| same(kept, &term)) else { continue };
-            kept.remove(at);
-            said.push(format!(
-                "{}: whether it is that or {} ({}), which does nearly as well here and predicts something else for \
-                 other recordings; nothing of it is handed on to them",
-                self.id(&term),
-                rival.id,
-                rival.title
-            ));
-        }
-        (kept, said)
     }
 
     /// The terms of a model that would be found if noise lasted.
@@ -209,6 +194,7 @@ impl<'a> Judge<'a, '_> {
             joint,
             handed: self.before.clone(),
             refitted: self.before_refitted.clone(),
+            instead: Vec::new(),
             left: self.before_left.to_vec(),
             shown: self.proof.map(|p| Shown { rms: p.before(), gains: Vec::new(), chosen_without: true }),
             withdrawn,
@@ -244,7 +230,7 @@ impl<'a> Judge<'a, '_> {
         self.explanation.search.effect(term.family).map(|e| &self.catalogue[e])
     }
 
-    fn id(&self, term: &Term) -> &str {
+    pub fn id(&self, term: &Term) -> &str {
         self.effect(term).map_or("structure", |effect| &effect.id)
     }
 
@@ -350,7 +336,7 @@ impl<'a> Judge<'a, '_> {
     }
 }
 
-fn same(a: &Term, b: &Term) -> bool {
+pub fn same(a: &Term, b: &Term) -> bool {
     a.family == b.family && a.shape == b.shape
 }
 

@@ -60,6 +60,7 @@ pub mod simulated;
 mod slow_channel;
 mod steps;
 mod thresholds;
+mod undecided;
 pub mod verdict;
 
 pub use diagnosis::{Diagnosis, NoiseFloor, Options, Outcome, diagnose};

@@ -15,8 +15,10 @@ use crate::thresholds::noise::{ALONE, HAMPEL, MOST_CLEANED, VARIANCE_GAIN};
 pub struct Noise {
     /// Standard deviation of every row as far as estimates from the cleaned observations are concerned.
     pub sigma: Vec<f64>,
-    /// Root mean square of the cleaned observations' noise: the floor.
+    /// Root mean square of the cleaned observations' noise.
     pub level: f64,
+    /// The same of the observations as they were read, outliers and all: the floor.
+    pub as_read: f64,
     /// Correlation used for whitening (posterior mean).
     pub correlation: Correlation,
     /// Posterior of the process, the soonest forgotten first: weights that sum to one.
@@ -101,6 +103,17 @@ fn estimate_with(
     };
     let correlation = correlation.with(&Process::mean(&posterior));
 
+    // An outlier lies as far from the model as what was cleaned of it and how far it was moved together.
+    let left = |moved: f64| {
+        residual
+            .iter()
+            .zip(&shape)
+            .zip(y.iter().zip(&clean))
+            .map(move |((r, s), (y, c))| (r * s + moved * (y - c)).powi(2))
+            .sum::<f64>()
+    };
+    let outliers = (left(1.0) / left(0.0).max(1e-300)).sqrt();
+
     // The overall level about the whitened saturated model.
     let unit = Noise {
         sigma: shape.clone(),
@@ -108,6 +121,7 @@ fn estimate_with(
         posterior,
         freedom: 1.0,
         level: 0.0,
+        as_read: 0.0,
         clean,
         whitened_residual: residual,
     };
@@ -136,9 +150,11 @@ fn estimate_with(
         let leverage: f64 = (0..whitened.rank()).map(|k| whitened.columns.get(k)[i].powi(2)).sum();
         *r /= scale * (1.0 - leverage).max(0.05).sqrt();
     }
+    let level = numerics::rms(&unit.sigma) * scale;
     Noise {
         sigma: unit.sigma.iter().map(|s| s * scale * price).collect(),
-        level: numerics::rms(&unit.sigma) * scale,
+        level,
+        as_read: level * outliers,
         freedom,
         whitened_residual: r,
         ..unit
@@ -300,7 +316,7 @@ fn variance_shape(squares: &[f64], covariates: &[Vec<f64>]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::robust_fit;
+    use super::{estimate_white, robust_fit};
     use crate::correlation::tests::white;
 
     #[test]
@@ -314,5 +330,17 @@ mod tests {
         assert!(y[30] - clean[30] > 5.0, "{} {}", y[30], clean[30]);
         let moved = (0..n).filter(|i| *i != 30 && (y[*i] - clean[*i]).abs() > 0.5).count();
         assert!(moved <= 2, "{moved}");
+    }
+    #[test]
+    fn outliers_count_fully_in_noise_as_it_was_read() {
+        let n = 400;
+        let t_s: Vec<f64> = (0..n).map(|k| k as f64).collect();
+        // Every tenth reading scatters by three standard deviations: little of it is cleaned away.
+        let y: Vec<f64> =
+            white(n, 5).iter().enumerate().map(|(k, e)| if k % 10 == 0 { 3.0 * e } else { *e }).collect();
+        let noise = estimate_white(&y, &t_s, &[vec![1.0; n]], &[]);
+        let rms = numerics::rms(&numerics::centred(&y));
+        assert!(noise.level < 0.97 * rms, "{} of {rms}", noise.level);
+        assert!((noise.as_read / rms - 1.0).abs() < 0.01, "{} of {rms}", noise.as_read);
     }
 }

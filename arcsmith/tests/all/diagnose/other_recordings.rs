@@ -79,15 +79,31 @@ fn all_of_it_is_handed_on_where_the_recording_tells() {
 }
 
 #[test]
-fn what_only_other_recordings_would_tell_apart_stays_here() {
+fn two_effects_that_only_other_recordings_tell_apart_are_handed_on_as_their_mean() {
     // The temperature goes with the angle but for half a kelvin, so that its square is a gain that changes with it.
     let (outcome, _) = diagnosed(6, |row, angle| {
         let above = 7.0 * angle + 0.5 * (0.13 * row as f64).sin();
         (27.0 + above, 0.3 * above * above)
     });
     assert!(!outcome.diagnosis.effects.is_empty());
-    assert_eq!(of_device(&outcome), [""; 0], "{:?}", outcome.diagnosis.effects);
-    assert!(outcome.diagnosis.unidentifiable.iter().any(|s| s.contains("predicts something else")));
+    assert_eq!(of_device(&outcome).len(), 2, "{:?}", outcome.diagnosis.effects);
+    let said = outcome.diagnosis.unidentifiable.iter().find(|s| s.contains("predicts something else"));
+    let parts: Vec<f64> = said.expect("it is said").split(" %").filter_map(last_number).collect();
+    assert_eq!(parts.iter().sum::<f64>(), 100.0, "{said:?}");
+    assert!(parts.iter().all(|part| (1.0..100.0).contains(part)), "{said:?}");
+    // On the recording itself the mean of both leaves as little as either.
+    let fit = &outcome.diagnosis.fit;
+    assert!(fit.after.train_rms < 0.3 * fit.before.train_rms, "{fit:?}");
+    assert!(fit.gain.as_ref().is_some_and(|gain| gain.ci95[0] > 0.0), "{fit:?}");
+}
+
+/// The number at the end of a text.
+fn last_number(text: &str) -> Option<f64> {
+    text.rsplit(' ').next()?.parse().ok()
+}
+
+#[test]
+fn an_effect_of_a_temperature_of_its_own_is_no_other() {
     // The same square where the temperature goes its own way.
     let (outcome, _) = diagnosed(6, |row, _| {
         let above = 10.0 * (0.05 * row as f64).sin();
