@@ -178,7 +178,7 @@ impl Runs {
         let mut whole = Sums::zero(plain[0].order);
         plain.iter().for_each(|sums| whole.add(sums, 1.0));
         let mut runs: Vec<Vec<(f64, f64)>> =
-            sets.iter().map(|held_out| score_split(plain, &whole, held_out, candidates)).collect();
+            sets.iter().filter_map(|held_out| score_split(plain, &whole, held_out, candidates)).collect();
         let orders = runs.iter().map(Vec::len).min().filter(|orders| *orders > 0)?;
         runs.iter_mut().for_each(|run| run.truncate(orders));
         Some(Runs(runs))
@@ -202,21 +202,31 @@ impl Runs {
     }
 }
 
-/// Mean squared training and testing error (Eq. 9, 10) of every candidate that the training set determines.
-fn score_split(plain: &[Sums], whole: &Sums, held_out: &[usize], candidates: Candidates) -> Vec<(f64, f64)> {
+/// Mean squared training and testing error (Eq. 9, 10) of every candidate that the training set determines. Tested are points
+/// between others that train: where a pass is left out that alone went as far as the edge, the next points would score
+/// extrapolation. None where nothing is tested.
+fn score_split(
+    plain: &[Sums],
+    whole: &Sums,
+    held_out: &[usize],
+    candidates: Candidates,
+) -> Option<Vec<(f64, f64)>> {
     let (mut training, mut testing) = (whole.clone(), Sums::zero(whole.order));
+    let trains = |point: &usize| plain[*point].weight > 0.0 && !held_out.contains(point);
+    let first = (0..plain.len()).find(trains)?;
+    let last = (0..plain.len()).rev().find(trains)?;
     for point in held_out {
-        testing.add(&plain[*point], 1.0);
+        if (first..last).contains(point) {
+            testing.add(&plain[*point], 1.0);
+        }
         training.add(&plain[*point], -1.0);
     }
     let factor = training.factor();
-    candidates
-        .determined(factor.order)
-        .map(|order| {
-            let c = factor.solve(order);
-            (training.squares(&c) / training.weight, testing.squares(&c) / testing.weight)
-        })
-        .collect()
+    let score = |order: usize| {
+        let c = factor.solve(order);
+        (training.squares(&c) / training.weight, testing.squares(&c) / testing.weight)
+    };
+    (testing.weight > 0.0).then(|| candidates.determined(factor.order).map(score).collect())
 }
 
 /// Mean squared testing error with each fold of passes held out in turn.

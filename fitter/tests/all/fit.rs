@@ -141,6 +141,29 @@ fn the_order_of_a_clear_polynomial_is_found() {
     assert!(orders.iter().filter(|order| **order == 5).count() >= 48, "{orders:?}");
 }
 
+/// Where one pass alone reaches an edge, leaving it out does not make a high order look uncertain.
+#[test]
+fn the_order_of_unequal_passes_is_found() {
+    let ends = [(-0.3, 1.0), (-1.0, 0.6), (-0.5, 0.5), (-0.6, 0.8), (-0.8, 0.4), (-0.4, 0.7)];
+    let unequal = |seed: u64| {
+        let text = Device::paper().csv(seed);
+        let within = |line: &&str| {
+            let fields: Vec<&str> = line.split(',').collect();
+            let (pass, angle): (usize, f64) = (fields[1].parse().unwrap(), fields[3].parse().unwrap());
+            let (from, to) = ends[(pass - 1) % ends.len()];
+            (from * 1.5 - 0.01..=to * 1.5 + 0.01).contains(&angle)
+        };
+        let header = text.lines().next().unwrap();
+        let rows: Vec<&str> = std::iter::once(header).chain(text.lines().skip(1).filter(within)).collect();
+        Recording::from_bytes("unequal.csv", rows.join("\n").as_bytes()).unwrap()
+    };
+    for seed in 0..30 {
+        let selection = choose_order(&unequal(seed), &mirror(), &Options::default()).unwrap();
+        let testing = |order: usize| selection.curve[order - 1].testing;
+        assert!(testing(selection.chosen) < 1.2 * testing(selection.smallest_testing_error), "{selection:?}");
+    }
+}
+
 /// Noise that is eight times larger at one end is seen, weighted, and the fit is the better for it at the
 /// quiet end.
 #[test]
