@@ -54,7 +54,7 @@ impl<'a> Judge<'a, '_> {
                 continue;
             }
             let instead: Vec<Instead> = all.into_iter().flatten().collect();
-            let whole = 1.0 + instead.iter().map(|instead| instead.odds).sum::<f64>();
+            let whole = whole(&instead);
             said.extend(conflicts.iter().zip(&instead).map(|(conflict, instead)| {
                 let part = 100.0 * instead.odds / whole;
                 let mean = format!(
@@ -109,7 +109,10 @@ impl<'a> Judge<'a, '_> {
                 let groups = if own.by() == "block" { Groups::Blocks } else { Groups::Passes };
                 let proof = prove(searched, self.hand_on, self.before, groups)?;
                 let shown = proof.shows(self.hand_on, &Choice::Of(&terms), order)?;
-                Some(shown).filter(|shown| shown.rms <= NO_WORSE * proof.before()).map(Some)?
+                if shown.rms > NO_WORSE * proof.before() {
+                    return None;
+                }
+                Some(shown)
             }
         };
         let no_worse = rms(&left) <= NO_WORSE * rms(self.before_left);
@@ -117,13 +120,13 @@ impl<'a> Judge<'a, '_> {
         Some(Instead { odds: *odds, file, left, shown })
     }
 
-    /// The mean of a model as found and those with another effect. Of held-out rows it leaves no more than they do in the
-    /// mean, as squares are convex.
+    /// The mean of a model as found and those with another effect. Of held-out rows it leaves no more than the mean of what they
+    /// leave: the triangle inequality.
     pub fn mean(&self, found: Handed, instead: Vec<Instead>) -> (Handed, Vec<Weighted>) {
         if instead.is_empty() {
             return (found, Vec::new());
         }
-        let whole = 1.0 + instead.iter().map(|instead| instead.odds).sum::<f64>();
+        let whole = whole(&instead);
         let Handed { model, refitted, mut left, shown } = found;
         left.iter_mut().for_each(|left| *left /= whole);
         let mut shown = shown.map(|shown| scaled(shown, 1.0 / whole));
@@ -136,6 +139,11 @@ impl<'a> Judge<'a, '_> {
         }
         (Handed { model, refitted, left, shown }, weighted)
     }
+}
+
+/// The odds of all models together, those of the model as found being 1.
+fn whole(instead: &[Instead]) -> f64 {
+    1.0 + instead.iter().map(|instead| instead.odds).sum::<f64>()
 }
 
 fn scaled(shown: Shown, by: f64) -> Shown {
