@@ -44,7 +44,7 @@ pub fn mean(file: &Coefficients, others: &[Weighted]) -> Coefficients {
         }
         let apart: Vec<f64> = values.iter().zip(&middle).map(|(value, middle)| value - middle).collect();
         for (row, a) in covariance.iter_mut().zip(&apart) {
-            row.iter_mut().zip(&apart).for_each(|(c, b)| *c += weight * a * b);
+            row.iter_mut().zip(&apart).for_each(|(c, b)| *c += weight * (a * b));
         }
     }
     mean.set_base(middle[..base].to_vec());
