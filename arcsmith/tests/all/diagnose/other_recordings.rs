@@ -91,9 +91,9 @@ fn two_effects_that_only_other_recordings_tell_apart_are_handed_on_as_their_mean
     let parts: Vec<f64> = said.expect("it is said").split(" %").filter_map(last_number).collect();
     assert_eq!(parts.iter().sum::<f64>(), 100.0, "{said:?}");
     assert!(parts.iter().all(|part| (1.0..100.0).contains(part)), "{said:?}");
-    // On the recording itself the mean of both leaves as little as either.
+    // On the recording itself the mean of both leaves the noise of 0.5″, as either would.
     let fit = &outcome.diagnosis.fit;
-    assert!(fit.after.train_rms < 0.3 * fit.before.train_rms, "{fit:?}");
+    assert!(fit.after.train_rms < 0.55 && fit.before.train_rms > 1.0, "{fit:?}");
     assert!(fit.gain.as_ref().is_some_and(|gain| gain.ci95[0] > 0.0), "{fit:?}");
 }
 
