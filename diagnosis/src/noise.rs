@@ -103,16 +103,7 @@ fn estimate_with(
     };
     let correlation = correlation.with(&Process::mean(&posterior));
 
-    // An outlier lies as far from the model as what was cleaned of it and how far it was moved together.
-    let left = |moved: f64| {
-        residual
-            .iter()
-            .zip(&shape)
-            .zip(y.iter().zip(&clean))
-            .map(move |((r, s), (y, c))| (r * s + moved * (y - c)).powi(2))
-            .sum::<f64>()
-    };
-    let outliers = (left(1.0) / left(0.0).max(1e-300)).sqrt();
+    let outliers = outliers(y, &clean, &residual, &shape);
 
     // The overall level about the whitened saturated model.
     let unit = Noise {
@@ -134,17 +125,7 @@ fn estimate_with(
     whitened.project_off(&mut r);
     let freedom = (n - whitened.rank()).max(1) as f64;
     let scale = (dot(&r, &r) / freedom).sqrt().max(1e-300);
-    // What an influence function costs: the estimates' variance is E ψ²/(E ψ′)² (Huber, Robust Statistics,
-    // 1981, section 7.6, with his correction for the number of fitted columns).
-    let slopes: Vec<f64> = y
-        .iter()
-        .zip(&unit.clean)
-        .zip(&unit.sigma)
-        .map(|((y, c), s)| hampel_slope((y - c) / (scale * s)))
-        .collect();
-    let slope = numerics::mean(&slopes).max(0.2);
-    let spread = slopes.iter().map(|v| (v - slope).powi(2)).sum::<f64>() / n as f64;
-    let price = (1.0 + whitened.rank() as f64 / n as f64 * spread / (slope * slope)) / slope;
+    let price = price(y, &unit, scale, whitened.rank());
     // Leverage shrinks each residual: give it back its variance.
     for (i, r) in r.iter_mut().enumerate() {
         let leverage: f64 = (0..whitened.rank()).map(|k| whitened.columns.get(k)[i].powi(2)).sum();
@@ -159,6 +140,32 @@ fn estimate_with(
         whitened_residual: r,
         ..unit
     }
+}
+
+/// How many times the noise of cleaned observations that of the observations as they were read is. An outlier lies as far from
+/// the model as what is left of it and how far it was moved together. `residual` is that of `clean` in units of `shape`.
+fn outliers(y: &[f64], clean: &[f64], residual: &[f64], shape: &[f64]) -> f64 {
+    let (mut read, mut cleaned) = (0.0, 0.0);
+    for (((y, clean), residual), shape) in y.iter().zip(clean).zip(residual).zip(shape) {
+        read += (residual * shape + (y - clean)).powi(2);
+        cleaned += (residual * shape).powi(2);
+    }
+    (read / cleaned.max(1e-300)).sqrt()
+}
+
+/// What an influence function costs: the estimates' variance is E ψ²/(E ψ′)² (Huber, Robust Statistics, 1981, section 7.6,
+/// with his correction for the number of fitted columns, here `rank`).
+fn price(y: &[f64], unit: &Noise, scale: f64, rank: usize) -> f64 {
+    let n = y.len() as f64;
+    let slopes: Vec<f64> = y
+        .iter()
+        .zip(&unit.clean)
+        .zip(&unit.sigma)
+        .map(|((y, c), s)| hampel_slope((y - c) / (scale * s)))
+        .collect();
+    let slope = numerics::mean(&slopes).max(0.2);
+    let spread = slopes.iter().map(|v| (v - slope).powi(2)).sum::<f64>() / n;
+    (1.0 + rank as f64 / n * spread / (slope * slope)) / slope
 }
 
 /// Residual of `clean` in units of `shape`.
