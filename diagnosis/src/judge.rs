@@ -48,9 +48,13 @@ pub struct Settled {
 
 /// A model that may be handed on, as it was refitted, with what it leaves and shows.
 pub struct Handed {
+    /// The model.
     pub model: Model,
+    /// It as it was refitted.
     pub refitted: Coefficients,
+    /// What it leaves of every reading, in the recording's unit.
     pub left: Vec<f64>,
+    /// What it leaves of held-out readings; none where nothing can be held out.
     pub shown: Option<Shown>,
 }
 

@@ -103,7 +103,7 @@ fn estimate_with(
     };
     let correlation = correlation.with(&Process::mean(&posterior));
 
-    let outliers = outliers(y, &clean, &residual, &shape);
+    let outliers = outlier_factor(y, &clean, &residual, &shape);
 
     // The overall level about the whitened saturated model.
     let unit = Noise {
@@ -125,7 +125,7 @@ fn estimate_with(
     whitened.project_off(&mut r);
     let freedom = (n - whitened.rank()).max(1) as f64;
     let scale = (dot(&r, &r) / freedom).sqrt().max(1e-300);
-    let price = price(y, &unit, scale, whitened.rank());
+    let price = cost_of_cleaning(y, &unit, scale, whitened.rank());
     // Leverage shrinks each residual: give it back its variance.
     for (i, r) in r.iter_mut().enumerate() {
         let leverage: f64 = (0..whitened.rank()).map(|k| whitened.columns.get(k)[i].powi(2)).sum();
@@ -144,7 +144,7 @@ fn estimate_with(
 
 /// How many times the noise of cleaned observations that of the observations as they were read is. An outlier lies as far from
 /// the model as what is left of it and how far it was moved together. `residual` is that of `clean` in units of `shape`.
-fn outliers(y: &[f64], clean: &[f64], residual: &[f64], shape: &[f64]) -> f64 {
+fn outlier_factor(y: &[f64], clean: &[f64], residual: &[f64], shape: &[f64]) -> f64 {
     let (mut read, mut cleaned) = (0.0, 0.0);
     for (((y, clean), residual), shape) in y.iter().zip(clean).zip(residual).zip(shape) {
         read += (residual * shape + (y - clean)).powi(2);
@@ -155,7 +155,7 @@ fn outliers(y: &[f64], clean: &[f64], residual: &[f64], shape: &[f64]) -> f64 {
 
 /// What an influence function costs: the estimates' variance is E ψ²/(E ψ′)² (Huber, Robust Statistics, 1981, section 7.6,
 /// with his correction for the number of fitted columns, here `rank`).
-fn price(y: &[f64], unit: &Noise, scale: f64, rank: usize) -> f64 {
+fn cost_of_cleaning(y: &[f64], unit: &Noise, scale: f64, rank: usize) -> f64 {
     let n = y.len() as f64;
     let slopes: Vec<f64> = y
         .iter()
@@ -338,6 +338,7 @@ mod tests {
         let moved = (0..n).filter(|i| *i != 30 && (y[*i] - clean[*i]).abs() > 0.5).count();
         assert!(moved <= 2, "{moved}");
     }
+
     #[test]
     fn outliers_count_fully_in_noise_as_it_was_read() {
         let n = 400;

@@ -42,7 +42,7 @@ impl<'a> Judge<'a, '_> {
     /// The models with another effect in the place of one of these terms. A term is left out where such a model could not be
     /// handed on.
     pub fn undecided(&self, kept: &mut Vec<Term>, joint: &Model) -> Undecided {
-        let mut conflicts = self.conflicts(kept, joint);
+        let mut conflicts = self.conflicts_of(kept, joint);
         let mut said = Vec::new();
         loop {
             let all: Vec<Option<Instead>> =
@@ -57,10 +57,10 @@ impl<'a> Judge<'a, '_> {
             let whole = whole(&instead);
             said.extend(conflicts.iter().zip(&instead).map(|(conflict, instead)| {
                 let part = 100.0 * instead.odds / whole;
-                let mean = format!(
-                    "{:.0} % of the one and {part:.0} % of the other are handed on to them",
-                    100.0 - part
-                );
+                let of = [self.id(&conflict.term), &self.catalogue[conflict.effect].id];
+                let own = 100.0 - part;
+                let mean =
+                    format!("their mean is handed on: {own:.0} % of {}, {part:.0} % of {}", of[0], of[1]);
                 self.sentence(conflict, &mean)
             }));
             return Undecided { said, instead };
@@ -68,7 +68,7 @@ impl<'a> Judge<'a, '_> {
     }
 
     /// The conflicts of these terms, one each.
-    fn conflicts(&self, kept: &[Term], joint: &Model) -> Vec<Conflict<'_, 'a>> {
+    fn conflicts_of(&self, kept: &[Term], joint: &Model) -> Vec<Conflict<'_, 'a>> {
         let searched = [Some(self.explanation), self.with_forms].into_iter().flatten();
         let found = searched.flat_map(|s| conflicts(self.explanation, self.catalogue, joint, s));
         found.fold(Vec::new(), |mut first: Vec<Conflict>, conflict| {

@@ -5,83 +5,99 @@ use fitter::terms::Term;
 
 use crate::undecided::Weighted;
 
-/// The mean of a model and others, which have their parts in it; the covariance is that of a coefficient whose model is as
-/// uncertain as its value.
+/// The mean of a model's coefficients and those of others, which have their weights in it. The covariance allows for not knowing
+/// which of the models it is (law of total variance).
 pub fn mean(file: &Coefficients, others: &[Weighted]) -> Coefficients {
     let rest = 1.0 - others.iter().map(|other| other.weight).sum::<f64>();
-    let parts: Vec<(f64, &Coefficients)> =
+    let files: Vec<(f64, &Coefficients)> =
         std::iter::once((rest, file)).chain(others.iter().map(|other| (other.weight, &other.file))).collect();
-    let mut mean = file.clone();
-    let (terms, places) = union(&parts);
-    let base = parts.iter().map(|(_, file)| file.base.coefficients.len()).max().unwrap_or(0);
-    let firsts: Vec<usize> = terms
-        .iter()
-        .scan(base, |next, term| Some(std::mem::replace(next, *next + term.coefficients.len())))
-        .collect();
-    let count = base + terms.iter().map(|term| term.coefficients.len()).sum::<usize>();
-    // Of every part where its coefficients stand in the mean.
-    let numbers = |(part, places): (&(f64, &Coefficients), &Vec<usize>)| -> Vec<usize> {
-        let of_terms = part.1.terms.iter().zip(places);
-        let of_terms =
-            of_terms.flat_map(|(term, place)| (0..term.coefficients.len()).map(|k| firsts[*place] + k));
-        (0..part.1.base.coefficients.len()).chain(of_terms).collect()
-    };
-    let numbers: Vec<Vec<usize>> = parts.iter().zip(&places).map(numbers).collect();
-    let values = |file: &Coefficients, numbers: &[usize]| {
+    let base = files.iter().map(|(_, file)| file.base.coefficients.len()).max().unwrap_or(0);
+    let (mut terms, slots) = union(&files);
+    let mut count = base;
+    let mut firsts = Vec::new();
+    for term in &terms {
+        firsts.push(count);
+        count += term.coefficients.len();
+    }
+    let parts = files.iter().zip(slots).map(|(&(weight, file), slots)| {
+        let of_base = file.base.coefficients.iter().copied().enumerate();
+        let of_term = |(term, slot): (&Term, usize)| {
+            let first = firsts[slot];
+            term.coefficients.clone().into_iter().enumerate().map(move |(k, value)| (first + k, value))
+        };
+        let places: Vec<(usize, f64)> =
+            of_base.chain(file.terms.iter().zip(slots).flat_map(of_term)).collect();
         let mut values = vec![0.0; count];
-        let own = file.base.coefficients.iter().chain(file.terms.iter().flat_map(|term| &term.coefficients));
-        numbers.iter().zip(own).for_each(|(number, value)| values[*number] = *value);
-        values
-    };
-    let all: Vec<Vec<f64>> = parts.iter().zip(&numbers).map(|((_, file), n)| values(file, n)).collect();
-    let middle: Vec<f64> =
-        (0..count).map(|k| parts.iter().zip(&all).map(|(p, v)| p.0 * v[k]).sum()).collect();
-    let known = parts.iter().all(|(_, file)| !file.joint_covariance.is_empty());
-    let mut covariance = vec![vec![0.0; count]; count];
-    for (((weight, file), numbers), values) in parts.iter().zip(&numbers).zip(&all) {
-        for (row, i) in file.joint_covariance.iter().zip(numbers) {
-            row.iter().zip(numbers).for_each(|(c, k)| covariance[*i][*k] += weight * c);
-        }
-        let apart: Vec<f64> = values.iter().zip(&middle).map(|(value, middle)| value - middle).collect();
-        for (row, a) in covariance.iter_mut().zip(&apart) {
-            row.iter_mut().zip(&apart).for_each(|(c, b)| *c += weight * (a * b));
-        }
+        places.iter().for_each(|(place, value)| values[*place] = *value);
+        let places = places.into_iter().map(|(place, _)| place).collect();
+        Part { weight, covariance: &file.joint_covariance, places, values }
+    });
+    let parts: Vec<Part> = parts.collect();
+    let value = |k: usize| parts.iter().map(|part| part.weight * part.values[k]).sum::<f64>();
+    let values: Vec<f64> = (0..count).map(value).collect();
+    let covariance = covariance(&parts, &values);
+    for (term, first) in terms.iter_mut().zip(&firsts) {
+        let own = *first..first + term.coefficients.len();
+        term.coefficients = values[own.clone()].to_vec();
+        let block = covariance.get(own.clone()).unwrap_or_default();
+        term.covariance = block.iter().map(|row| row[own.clone()].to_vec()).collect();
     }
-    mean.set_base(middle[..base].to_vec());
-    mean.terms = terms;
-    for (term, first) in mean.terms.iter_mut().zip(firsts) {
-        let own = first..first + term.coefficients.len();
-        term.coefficients = middle[own.clone()].to_vec();
-        let block = || own.clone().map(|i| covariance[i][own.clone()].to_vec()).collect();
-        term.covariance = if known { block() } else { Vec::new() };
-    }
-    if known {
-        mean.joint_covariance = covariance;
-    }
-    mean.version = parts.iter().map(|(_, file)| file.version).max().unwrap_or(mean.version);
+    let mut mean = Coefficients { terms, ..file.clone() };
+    mean.set_base(values[..base].to_vec());
+    mean.joint_covariance = covariance;
+    mean.version = files.iter().map(|(_, file)| file.version).max().unwrap_or(file.version);
     mean.observed.extend(others.iter().flat_map(|other| other.file.observed.clone()));
     mean
 }
 
-/// Every term once, and for every part where its terms stand among them.
-fn union(parts: &[(f64, &Coefficients)]) -> (Vec<Term>, Vec<Vec<usize>>) {
+/// One of the models.
+struct Part<'a> {
+    weight: f64,
+    /// Covariance of its coefficients.
+    covariance: &'a [Vec<f64>],
+    /// Where each of them stands in the mean.
+    places: Vec<usize>,
+    /// Their values there; 0 of those that it does not have.
+    values: Vec<f64>,
+}
+
+/// The covariance of the mean; empty where that of a part is not known.
+fn covariance(parts: &[Part], mean: &[f64]) -> Vec<Vec<f64>> {
+    if parts.iter().any(|part| part.covariance.is_empty()) {
+        return Vec::new();
+    }
+    let mut sum = vec![vec![0.0; mean.len()]; mean.len()];
+    for Part { weight, covariance, places, values } in parts {
+        for (row, i) in covariance.iter().zip(places) {
+            row.iter().zip(places).for_each(|(c, k)| sum[*i][*k] += weight * c);
+        }
+        let apart: Vec<f64> = values.iter().zip(mean).map(|(value, mean)| value - mean).collect();
+        for (row, a) in sum.iter_mut().zip(&apart) {
+            row.iter_mut().zip(&apart).for_each(|(c, b)| *c += weight * (a * b));
+        }
+    }
+    sum
+}
+
+/// Every term once, and of every file which of them its terms are.
+fn union(files: &[(f64, &Coefficients)]) -> (Vec<Term>, Vec<Vec<usize>>) {
     let mut terms: Vec<Term> = Vec::new();
-    let mut places = Vec::new();
-    for (_, file) in parts {
-        let mut taken: Vec<usize> = Vec::new();
+    let mut slots = Vec::new();
+    for (_, file) in files {
+        let mut own: Vec<usize> = Vec::new();
         for term in &file.terms {
-            let is_same = |known: &Term| {
-                (&known.effect, known.scope, &known.operator) == (&term.effect, term.scope, &term.operator)
+            let is_same = |other: &Term| {
+                (&other.effect, other.scope, &other.operator) == (&term.effect, term.scope, &term.operator)
             };
-            let at = (0..terms.len()).find(|k| !taken.contains(k) && is_same(&terms[*k]));
-            taken.push(at.unwrap_or(terms.len()));
-            if at.is_none() {
+            let known = (0..terms.len()).find(|k| !own.contains(k) && is_same(&terms[*k]));
+            own.push(known.unwrap_or(terms.len()));
+            if known.is_none() {
                 terms.push(term.clone());
             }
         }
-        places.push(taken);
+        slots.push(own);
     }
-    (terms, places)
+    (terms, slots)
 }
 
 #[cfg(test)]
