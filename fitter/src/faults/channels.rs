@@ -15,6 +15,8 @@ pub struct Channel {
 /// All channels of a recording.
 pub struct Channels<'a> {
     pub recording: &'a Recording,
+    /// The angle of every row.
+    pub angle: Vec<f64>,
     /// Those of sensor, reference and command, in which a single wrong column is told by which of them it moves.
     pub sensor: Vec<Channel>,
     /// A further column with the deviations of its own.
@@ -40,7 +42,7 @@ impl<'a> Channels<'a> {
             .filter(|column| !is_state(&column.values) && !wraps(&column.values))
             .map(|column| (column.name.as_str(), surroundings.deviation(&column.values)))
             .collect();
-        Channels { recording, sensor, further }
+        Channels { recording, angle, sensor, further }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Which cell of a row is wrong: of every column it is asked how well it alone explains what the channels show.
 
 use super::channels::{Channel, Channels};
-use super::{Fault, limits};
+use super::{Fault, column, limits};
 use crate::recording::{Readings, Recording};
 
 /// What tells of a cell before anything is fitted.
@@ -11,7 +11,7 @@ const NEARBY: &str = "the rows nearby in time and angle and its own row's other 
 pub fn faults(channels: &Channels) -> Vec<Fault> {
     let recording = channels.recording;
     let mut found = Vec::new();
-    let of = |row| of_sensor(recording, &channels.sensor, row);
+    let of = |row| of_sensor(recording, &channels.sensor, row).filter(|fault| !explained(channels, fault));
     found.extend(beyond_the_tail((0..recording.rows()).filter_map(of).collect(), recording.rows()));
     for (name, deviation) in &channels.further {
         let values = recording.column(name).unwrap_or_default();
@@ -45,6 +45,18 @@ pub(super) fn reason(away: f64, column: &str, what: &str, size: f64) -> String {
     let away = if away.abs() < 1e9 { format!("{away:+.digits$}") } else { format!("{away:+.3e}") };
     let size = if size < 1e9 { format!("{size:.0}") } else { format!("{size:.0e}") };
     format!("{away}{unit} away from what {what} say: {size} times their scatter")
+}
+
+/// Whether a further column explains what the sensor's channel shows that is farthest out.
+fn explained(channels: &Channels, fault: &Fault) -> bool {
+    let shown = |c: &Channel, row: usize| c.deviation.away[row] / c.deviation.scatter[row];
+    let size = |c: &&Channel| shown(c, fault.row).abs();
+    let most = channels.sensor.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
+    most.filter(|_| fault.size >= limits::OUTLIER).is_some_and(|channel| {
+        let deviation: Vec<f64> = (0..channels.recording.rows()).map(|row| shown(channel, row)).collect();
+        let explains = |column: &[f64]| column::explains(column, &channels.angle, &deviation, fault.row);
+        channels.recording.further.iter().any(|column| explains(&column.values))
+    })
 }
 
 /// The one column of the sensor's that explains the row best, if it is far out.

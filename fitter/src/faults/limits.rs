@@ -2,6 +2,11 @@
 
 /// Part of the rows that may be affected: a column with more is not a few wrong cells but a wrong column.
 pub const MOST_AFFECTED: f64 = 0.1;
+/// A further column explains deviations where a parabola of it takes so many times as much from the other rows as chance does
+/// (F of three terms): of a column of noise once in a million cells.
+pub const OF_A_COLUMN: f64 = 10.0;
+/// Part of a deviation that such a parabola may leave of it.
+pub const UNEXPLAINED: f64 = 0.5;
 /// Fewest rows of which a scatter is known well enough to hold a single cell against it.
 pub const FEWEST_ROWS: usize = 12;
 /// Searches with the rows found before left out; each finds at least one cell more.

@@ -7,6 +7,7 @@
 mod base;
 mod channels;
 mod clock;
+mod column;
 mod culprit;
 mod deviation;
 mod findings;

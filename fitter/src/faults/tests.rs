@@ -1,5 +1,6 @@
 use super::*;
 use crate::recording::Readings;
+use crate::table::Column;
 
 const CALIBRATION: &str = include_str!("../../data/calibration.csv");
 
@@ -136,6 +137,29 @@ fn physics_is_not_bad() {
         *value += if row > 100 { 20.0 } else { 0.0 } + 0.02 * times[row];
     }
     assert_eq!(listed(&recording), []);
+}
+
+/// A few rows have much of what a column measures, and physics goes with its square.
+#[test]
+fn what_a_further_column_explains_is_not_bad() {
+    let (mut recording, _) = default();
+    let wave = |row: usize, k: usize| ((row * row * (2 * k + 1)) as f64 * 0.37 + (k * row) as f64).sin();
+    let sum = |row: usize| (0..6).map(|k| wave(row, k)).sum::<f64>();
+    // Longer tails than of a normal distribution.
+    let values: Vec<f64> = (0..recording.rows()).map(|row| sum(row) * sum(row).abs().powf(0.3)).collect();
+    let add = |recording: &mut Recording, row: usize, by: f64| {
+        let Readings::Pair { reference_arcsec: Some(reference), .. } = &mut recording.readings else {
+            panic!()
+        };
+        reference[row] += by;
+    };
+    values.iter().enumerate().for_each(|(row, value)| add(&mut recording, row, value * value));
+    assert!(listed(&recording).len() > 1);
+    recording.further.push(Column { name: "vibration_mm_s".into(), values: values.into() });
+    assert_eq!(listed(&recording), []);
+    // What the column does not explain is bad.
+    add(&mut recording, 110, -100.0);
+    assert_eq!(listed(&recording), [(112, "reference_arcsec".to_string())]);
 }
 
 #[test]
