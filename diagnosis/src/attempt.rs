@@ -1,6 +1,8 @@
 //! One explanation, judged: what is kept of it, and its figures before and after. Where the mismatch is gross, two
 //! explanations are tried, and held-out readings decide.
 
+mod compared;
+
 use std::sync::OnceLock;
 
 use fitter::Coefficients;
@@ -13,15 +15,13 @@ use crate::effects::Effect;
 use crate::experiment;
 use crate::explain::{Explanation, Found, explain, explain_gross};
 use crate::hand_on::HandOn;
-use crate::held_out::{self, Fit, Gain, Groups, Proof, Score};
+use crate::held_out::{self, Fit, Groups, Proof, Score};
 use crate::judge::{self, Judge, Settled};
 use crate::lasting::in_likeliest_noise;
 use crate::model::{self, Model};
 use crate::reach::reach;
 use crate::search::Term;
-use crate::thresholds::NO_WORSE;
 use crate::thresholds::attempt::CLEARLY;
-use crate::thresholds::compose::{CLEARLY as FORMS, OVERFITTED};
 use crate::thresholds::verdict::MOST_ALTERNATIVES;
 use crate::verdict::{self, Said, Verdict};
 
@@ -45,43 +45,14 @@ pub struct Attempt<'a> {
     pub noise_floor: NoiseFloor,
     /// What is said of it.
     pub said: Said,
+    /// Whether the effects explain everything, whatever of them is handed on.
+    explains: bool,
 }
 
 impl Attempt<'_> {
     /// Whether structure is left that no effect explains.
     pub fn leaves_structure(&self) -> bool {
         matches!(self.said.verdict, Verdict::PartlyExplained | Verdict::Unexplained)
-    }
-
-    /// Whether an attempt with forms is to be preferred to this one of named effects alone: where these explain everything,
-    /// only by a clearly greater merit of its terms. Where the forms leave structure, they must also be no more effects and leave
-    /// less of held-out readings: two effects that explain everything are not given up for five that do not.
-    fn gives_way_to(&self, with_forms: &Attempt) -> bool {
-        if self.leaves_structure() {
-            return self.leaves_more_than(with_forms);
-        }
-        let as_short = with_forms.said.effects.len() <= self.said.effects.len();
-        let does_better = as_short && with_forms.left() < self.left();
-        (does_better || !with_forms.leaves_structure()) && self.has_less_merit_than(&with_forms.explanation)
-    }
-
-    /// Whether another attempt leaves less of held-out readings, and no more of fitted ones.
-    fn leaves_more_than(&self, other: &Attempt) -> bool {
-        other.left() < self.left() && other.fit.after.train_rms <= NO_WORSE * self.fit.after.train_rms
-    }
-
-    /// Whether the search without the held-out rows chose what predicts them better, beyond the interval of the gain, and not
-    /// much worse than those that it saw.
-    fn is_shown_by_choice(&self) -> bool {
-        let chosen = self.settled.shown.as_ref().is_some_and(|shown| shown.chosen_without);
-        let certain = self.fit.gain.as_ref().is_some_and(Gain::is_certain);
-        chosen && certain && self.left() < OVERFITTED * self.fit.after.train_rms
-    }
-
-    fn has_less_merit_than(&self, with_forms: &Explanation) -> bool {
-        let (search, terms) = (&with_forms.search, &with_forms.terms);
-        let own = search.translated(&self.explanation.search, &self.explanation.terms);
-        search.merit(terms) > search.merit(&own) + FORMS
     }
 
     /// Lists the forms of a search that did better with all rows, though not without the held-out ones, as alternatives of
@@ -104,11 +75,6 @@ impl Attempt<'_> {
         let Said { verdict, locations, effects, .. } = &self.said;
         let rows = self.explanation.search.rows;
         self.said.next_experiment = experiment::next(rows, catalogue, effects, locations, *verdict);
-    }
-
-    /// What is left of held-out readings, of all where none are held out.
-    fn left(&self) -> f64 {
-        self.fit.after.held_out_rms.unwrap_or(self.fit.after.train_rms)
     }
 }
 
@@ -138,7 +104,7 @@ pub fn with_forms<'a>(
     let forms = match hopeless {
         true => found.explanation,
         false => match best_of(found, hand_on, skip, accuracy) {
-            Ok(attempt) if named.gives_way_to(&attempt) => return Ok(attempt),
+            Ok(attempt) if named.gives_way_to(&attempt, hand_on) => return Ok(attempt),
             Ok(attempt) => attempt.explanation,
             Err(_) => return Ok(named),
         },
@@ -166,9 +132,7 @@ pub fn with_curves<'a>(
     let holds_curve = |attempt: &Attempt| {
         attempt.settled.handed.terms.iter().any(|term| term.effect.is_some_and(|e| e >= first))
     };
-    let counts = |attempt: &Attempt| {
-        holds_curve(attempt) && attempt.is_shown_by_choice() && described.leaves_more_than(attempt)
-    };
+    let counts = |attempt: &Attempt| holds_curve(attempt) && attempt.is_chosen_over(&described, hand_on);
     match best(hand_on, skip, accuracy) {
         Ok(attempt) if counts(&attempt) => attempt,
         _ => described,
@@ -265,11 +229,12 @@ fn judged<'a>(
         settled.judged.push(CHOSEN_WITH_ALL.into());
     }
     let left = fit.after.held_out_rms.unwrap_or(fit.after.train_rms);
+    let explains = matches!(said.verdict, Verdict::Explained | Verdict::Described);
     let (allowed, why) = judge::allowed(said.verdict, left, &noise_floor, accuracy);
     if let Some(why) = why {
         settled.judged.push(why);
         said.verdict = allowed;
         verdict::locate_rest(&explanation, hand_on.catalogue, &settled.handed, &mut said);
     }
-    Ok(Attempt { before, before_file, settled, fit, noise_floor, said, explanation })
+    Ok(Attempt { before, before_file, settled, fit, noise_floor, said, explains, explanation })
 }

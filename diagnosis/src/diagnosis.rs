@@ -215,7 +215,7 @@ fn of_readings(
         true => attempt::with_curves(&with_curves, &options.skip, accuracy, described, effects.len()),
         false => described,
     };
-    let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, mut said } = best;
+    let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, mut said, .. } = best;
     let hand_on = HandOn { catalogue: explanation.search.catalogue, ..hand_on };
     let mut file = handed_on(&hand_on, &settled);
     if let Some((other, other_rows)) = &other {

@@ -198,6 +198,22 @@ fn a_ripple_whose_phase_moves_with_the_temperature_is_not_taken_for_noise() {
 }
 
 #[test]
+fn a_ripple_that_the_temperature_moves_by_more_than_its_period_is_described() {
+    // By 0.2 rad a kelvin, over 24 K.
+    for seed in [1, 2] {
+        let ripple =
+            |_, angle: f64, t: f64| 3.0 * (std::f64::consts::TAU * angle / 0.7 + 0.2 * (t - 27.0)).sin();
+        let json = diagnosed(ripple, &white(seed), seed);
+        assert_eq!(said(&json), (r#"described ["empirical_1"]"#.into(), "temperature_c".into()), "{json}");
+        let per_kelvin = 0.2_f64.to_degrees();
+        let phase = &json["effects"][0]["parameters"].as_array().expect("parameters")[3];
+        let [low, high] = [0, 1].map(|end| phase["ci95"][end].as_f64().expect("an end"));
+        assert_eq!(phase["name"], "phase");
+        assert!((low..high).contains(&per_kelvin) && high - low < 0.2 * per_kelvin, "{phase}");
+    }
+}
+
+#[test]
 fn what_fades_after_a_turn_is_described_whatever_direction_a_stage_at_rest_claims() {
     // The strain of a seal: dragged over where the stage is on its way back, not before the first turn.
     let strain = |row: usize| -> f64 {

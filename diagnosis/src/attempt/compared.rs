@@ -1,0 +1,123 @@
+//! Which of two explanations of a recording is to be preferred. Held-out figures are compared over the same groups: blocks are
+//! easier to predict than passes.
+
+use super::Attempt;
+use crate::explain::Explanation;
+use crate::hand_on::HandOn;
+use crate::held_out::{self, Choice, Gain, Groups, gain};
+use crate::search::Term;
+use crate::thresholds::NO_WORSE;
+use crate::thresholds::compose::{CLEARLY, OVERFITTED};
+
+/// What an attempt leaves and gains of some held-out groups.
+struct Figures {
+    rms: f64,
+    /// Of every group; none where nothing is handed on.
+    gains: Vec<f64>,
+}
+
+impl Attempt<'_> {
+    /// Whether an attempt with forms is to be preferred to this one of named effects alone: where these explain everything,
+    /// only by a clearly greater merit of its terms. Where the forms leave structure, they must also leave less of held-out
+    /// readings, and be no more than the effects, if there are any: two effects that explain everything are not given up for
+    /// five that do not.
+    pub(super) fn gives_way_to(&self, with_forms: &Attempt, hand_on: &HandOn) -> bool {
+        if self.leaves_structure() {
+            return self.leaves_more_than(with_forms, hand_on);
+        }
+        let (own, of_forms) = (&self.said.effects, &with_forms.said.effects);
+        let as_short = own.is_empty() || of_forms.len() <= own.len();
+        let does_better = || as_short && self.leaves_more_held_out(with_forms, hand_on);
+        self.has_less_merit_than(&with_forms.explanation) && (with_forms.explains || does_better())
+    }
+
+    /// Whether a curve of this attempt counts beside another one: the search without the held-out rows chose it, and it predicts
+    /// them better than the base and better than the other, beyond the intervals of both gains.
+    pub(super) fn is_chosen_over(&self, other: &Attempt, hand_on: &HandOn) -> bool {
+        self.is_shown_by_choice()
+            && other.fits_worse_than(self)
+            && self.predicts_surely_better_than(other, hand_on)
+    }
+
+    pub(super) fn has_less_merit_than(&self, with_forms: &Explanation) -> bool {
+        let (search, terms) = (&with_forms.search, &with_forms.terms);
+        let own = search.translated(&self.explanation.search, &self.explanation.terms);
+        search.merit(terms) > search.merit(&own) + CLEARLY
+    }
+
+    /// Whether another attempt leaves less of held-out readings, and no more of fitted ones.
+    fn leaves_more_than(&self, other: &Attempt, hand_on: &HandOn) -> bool {
+        self.fits_worse_than(other) && self.leaves_more_held_out(other, hand_on)
+    }
+
+    fn fits_worse_than(&self, other: &Attempt) -> bool {
+        other.fit.after.train_rms <= NO_WORSE * self.fit.after.train_rms
+    }
+
+    fn leaves_more_held_out(&self, other: &Attempt, hand_on: &HandOn) -> bool {
+        let by = self.groups_with(other);
+        match (self.figures(by, hand_on), other.figures(by, hand_on)) {
+            (Some(own), Some(other)) => other.rms < own.rms,
+            _ => other.left() < self.left(),
+        }
+    }
+
+    /// Whether the search without the held-out rows chose what predicts them better, beyond the interval of the gain, and not
+    /// much worse than those that it saw.
+    fn is_shown_by_choice(&self) -> bool {
+        let chosen = self.settled.shown.as_ref().is_some_and(|shown| shown.chosen_without);
+        let certain = self.fit.gain.as_ref().is_some_and(Gain::is_certain);
+        chosen && certain && self.left() < OVERFITTED * self.fit.after.train_rms
+    }
+
+    /// Whether it predicts held-out groups better than another attempt, beyond the interval of the difference. One of which other
+    /// recordings get nothing must only leave more.
+    fn predicts_surely_better_than(&self, other: &Attempt, hand_on: &HandOn) -> bool {
+        let by = self.groups_with(other);
+        let of_both = self.figures(by, hand_on).zip(other.figures(by, hand_on));
+        match of_both.filter(|(own, of)| other.hands_on() && own.gains.len() == of.gains.len()) {
+            Some((own, of)) => {
+                let differences: Vec<f64> =
+                    own.gains.iter().zip(of.gains).map(|(own, of)| own - of).collect();
+                gain(&differences).is_certain()
+            }
+            None => other.leaves_more_held_out(self, hand_on),
+        }
+    }
+
+    /// Whether other recordings get something.
+    fn hands_on(&self) -> bool {
+        let catalogue = self.explanation.search.catalogue;
+        let terms = &self.settled.handed.terms;
+        terms.iter().filter_map(|term| term.effect).any(|effect| !catalogue[effect].of_one_time)
+    }
+
+    /// What is held out of both: what happened at one time can be shown by blocks only.
+    fn groups_with<'b>(&'b self, other: &'b Attempt) -> &'b str {
+        if other.fit.held_out_by == "block" { "block" } else { &self.fit.held_out_by }
+    }
+
+    /// What is left of held-out groups of this kind.
+    fn figures(&self, held_out_by: &str, hand_on: &HandOn) -> Option<Figures> {
+        let shown = self.settled.shown.as_ref()?;
+        if self.fit.held_out_by == held_out_by {
+            return Some(Figures { rms: shown.rms, gains: shown.gains.clone() });
+        }
+        let groups = if held_out_by == "block" { Groups::Blocks } else { Groups::Passes };
+        let hand_on = HandOn { catalogue: self.explanation.search.catalogue, ..*hand_on };
+        let proof = held_out::prove(&self.explanation, &hand_on, &self.before, groups)?;
+        let handed = &self.settled.handed;
+        let terms: Vec<Term> = handed.terms.iter().map(|term| term.term.clone()).collect();
+        if terms.is_empty() {
+            return Some(Figures { rms: proof.before(), gains: Vec::new() });
+        }
+        let choice = if shown.chosen_without { Choice::Searched } else { Choice::Of(&terms) };
+        let shown = proof.shows(&hand_on, &choice, handed.order)?;
+        Some(Figures { rms: shown.rms, gains: shown.gains })
+    }
+
+    /// What is left of held-out readings, of all where none are held out.
+    pub(super) fn left(&self) -> f64 {
+        self.fit.after.held_out_rms.unwrap_or(self.fit.after.train_rms)
+    }
+}
