@@ -1,4 +1,4 @@
-//! Whether a further column of the recording explains a reading that stands alone: in a few rows there is more of what the
+//! Whether a further column of the recording explains readings that stand alone: in a few rows there is more of what the
 //! column measures than in all others, and physics that goes with its square shows in those first.
 
 use nalgebra::{Matrix4, Vector4};
@@ -6,29 +6,39 @@ use nalgebra::{Matrix4, Vector4};
 use super::limits;
 use super::scale::range;
 
-/// Whether the deviation of a row, in multiples of its scatter, is mostly what the other rows say of the column there: a
-/// parabola of it, and a sensitivity that goes with it.
-pub fn explains(column: &[f64], angle: &[f64], deviation: &[f64], row: usize) -> bool {
-    let (z, a) = (scaled(column), scaled(angle));
-    let terms = |k: usize| Vector4::new(1.0, z[k], z[k] * z[k], z[k] * a[k]);
-    // Single deviations count no more than an outlier does.
-    let seen = |k: usize| deviation[k].clamp(-limits::OUTLIER, limits::OUTLIER);
-    let known = |k: &usize| z[*k].is_finite() && a[*k].is_finite() && deviation[*k].is_finite();
-    let others: Vec<usize> = (0..deviation.len()).filter(|k| *k != row).filter(known).collect();
-    if !known(&row) || others.len() < limits::FEWEST_ROWS {
-        return false;
+/// How deviations go with a column: a parabola of it, and a sensitivity that goes with it.
+pub struct Dependence {
+    /// What it says of every row; NaN where the column is blank.
+    said: Vec<f64>,
+}
+
+impl Dependence {
+    /// How the deviations of a channel, in multiples of their scatter, go with a column; none where no more than by chance.
+    pub fn of(column: &[f64], angle: &[f64], deviation: &[f64]) -> Option<Dependence> {
+        let (z, a) = (scaled(column), scaled(angle));
+        let terms = |row: usize| Vector4::new(1.0, z[row], z[row] * z[row], z[row] * a[row]);
+        // A single row counts no more than an outlier does, and so is not significant by itself.
+        let seen = |row: usize| deviation[row].clamp(-limits::OUTLIER, limits::OUTLIER);
+        let known = |row: &usize| (z[*row] + a[*row] + deviation[*row]).is_finite();
+        let rows: Vec<usize> = (0..deviation.len()).filter(known).collect();
+        if rows.len() < limits::FEWEST_ROWS {
+            return None;
+        }
+        let normal: Matrix4<f64> = rows.iter().map(|row| terms(*row) * terms(*row).transpose()).sum();
+        let right: Vector4<f64> = rows.iter().map(|row| terms(*row) * seen(*row)).sum();
+        let fitted = normal.cholesky()?.solve(&right);
+        let mean = right[0] / rows.len() as f64;
+        let square = |left: &dyn Fn(usize) -> f64| rows.iter().map(|row| left(*row).powi(2)).sum::<f64>();
+        let left = square(&|row| seen(row) - fitted.dot(&terms(row)));
+        let gained = square(&|row| seen(row) - mean) - left;
+        let significant = gained / 3.0 > limits::OF_A_COLUMN * left / (rows.len() as f64 - 4.0);
+        significant.then(|| Dependence { said: (0..z.len()).map(|row| fitted.dot(&terms(row))).collect() })
     }
-    let normal: Matrix4<f64> = others.iter().map(|k| terms(*k) * terms(*k).transpose()).sum();
-    let right: Vector4<f64> = others.iter().map(|k| terms(*k) * seen(*k)).sum();
-    let Some(fitted) = normal.cholesky().map(|c| c.solve(&right)) else { return false };
-    let mean = right[0] / others.len() as f64;
-    let square = |left: &dyn Fn(usize) -> f64| others.iter().map(|k| left(*k).powi(2)).sum::<f64>();
-    let left = square(&|k| seen(k) - fitted.dot(&terms(k)));
-    let gained = square(&|k| seen(k) - mean) - left;
-    let degrees = others.len() as f64 - 4.0;
-    let significant = gained / 3.0 > limits::OF_A_COLUMN * left / degrees;
-    significant
-        && (deviation[row] - fitted.dot(&terms(row))).abs() < limits::UNEXPLAINED * deviation[row].abs()
+
+    /// Whether it explains most of the deviation of a row.
+    pub fn explains(&self, row: usize, deviation: f64) -> bool {
+        (deviation - self.said[row]).abs() < limits::UNEXPLAINED * deviation.abs()
+    }
 }
 
 /// The values from −1 to 1 over their range.

@@ -1,7 +1,8 @@
 //! Which cell of a row is wrong: of every column it is asked how well it alone explains what the channels show.
 
 use super::channels::{Channel, Channels};
-use super::{Fault, column, limits};
+use super::column::Dependence;
+use super::{Fault, limits};
 use crate::recording::{Readings, Recording};
 
 /// What tells of a cell before anything is fitted.
@@ -11,8 +12,9 @@ const NEARBY: &str = "the rows nearby in time and angle and its own row's other 
 pub fn faults(channels: &Channels) -> Vec<Fault> {
     let recording = channels.recording;
     let mut found = Vec::new();
-    let of = |row| of_sensor(recording, &channels.sensor, row).filter(|fault| !explained(channels, fault));
-    found.extend(beyond_the_tail((0..recording.rows()).filter_map(of).collect(), recording.rows()));
+    let of = |row| of_sensor(recording, &channels.sensor, row);
+    let of_sensor = beyond_the_tail((0..recording.rows()).filter_map(of).collect(), recording.rows());
+    found.extend(unexplained(channels, of_sensor));
     for (name, deviation) in &channels.further {
         let values = recording.column(name).unwrap_or_default();
         let of = |row: usize| {
@@ -47,16 +49,27 @@ pub(super) fn reason(away: f64, column: &str, what: &str, size: f64) -> String {
     format!("{away}{unit} away from what {what} say: {size} times their scatter")
 }
 
-/// Whether a further column explains what the sensor's channel shows that is farthest out.
-fn explained(channels: &Channels, fault: &Fault) -> bool {
+/// Those of the sensor's faults that no further column explains, in the channel that shows most of each.
+fn unexplained(channels: &Channels, mut found: Vec<Fault>) -> Vec<Fault> {
     let shown = |c: &Channel, row: usize| c.deviation.away[row] / c.deviation.scatter[row];
-    let size = |c: &&Channel| shown(c, fault.row).abs();
-    let most = channels.sensor.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
-    most.filter(|_| fault.size >= limits::OUTLIER).is_some_and(|channel| {
+    let most = |row: usize| {
+        let size = |k: &usize| shown(&channels.sensor[*k], row).abs();
+        (0..channels.sensor.len()).max_by(|a, b| size(a).total_cmp(&size(b)))
+    };
+    for (k, channel) in channels.sensor.iter().enumerate() {
+        let is_own = |fault: &Fault| most(fault.row) == Some(k);
+        if !found.iter().any(is_own) {
+            continue;
+        }
         let deviation: Vec<f64> = (0..channels.recording.rows()).map(|row| shown(channel, row)).collect();
-        let explains = |column: &[f64]| column::explains(column, &channels.angle, &deviation, fault.row);
-        channels.recording.further.iter().any(|column| explains(&column.values))
-    })
+        for column in &channels.recording.further {
+            let Some(dependence) = Dependence::of(&column.values, &channels.angle, &deviation) else {
+                continue;
+            };
+            found.retain(|fault| !(is_own(fault) && dependence.explains(fault.row, deviation[fault.row])));
+        }
+    }
+    found
 }
 
 /// The one column of the sensor's that explains the row best, if it is far out.

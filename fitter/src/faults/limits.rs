@@ -2,7 +2,7 @@
 
 /// Part of the rows that may be affected: a column with more is not a few wrong cells but a wrong column.
 pub const MOST_AFFECTED: f64 = 0.1;
-/// A further column explains deviations where a parabola of it takes so many times as much from the other rows as chance does
+/// A further column explains deviations where a parabola of it takes so many times as much from the rows as chance does
 /// (F of three terms): of a column of noise once in a million cells.
 pub const OF_A_COLUMN: f64 = 10.0;
 /// Part of a deviation that such a parabola may leave of it.
