@@ -45,8 +45,8 @@ pub struct Attempt<'a> {
     pub noise_floor: NoiseFloor,
     /// What is said of it.
     pub said: Said,
-    /// Whether the effects explain everything, whatever of them is handed on.
-    explains: bool,
+    /// Whether the effects explain everything. Of effects that are not handed on held-out figures say nothing.
+    explains_all: bool,
 }
 
 impl Attempt<'_> {
@@ -229,12 +229,14 @@ fn judged<'a>(
         settled.judged.push(CHOSEN_WITH_ALL.into());
     }
     let left = fit.after.held_out_rms.unwrap_or(fit.after.train_rms);
-    let explains = matches!(said.verdict, Verdict::Explained | Verdict::Described);
-    let (allowed, why) = judge::allowed(said.verdict, left, &noise_floor, accuracy);
+    let meant = said.verdict;
+    let (allowed, why) = judge::allowed(meant, left, &noise_floor, accuracy);
     if let Some(why) = why {
         settled.judged.push(why);
         said.verdict = allowed;
         verdict::locate_rest(&explanation, hand_on.catalogue, &settled.handed, &mut said);
     }
-    Ok(Attempt { before, before_file, settled, fit, noise_floor, said, explains, explanation })
+    let judged = if beyond_base { said.verdict } else { meant };
+    let explains_all = matches!(judged, Verdict::Explained | Verdict::Described);
+    Ok(Attempt { before, before_file, settled, fit, noise_floor, said, explains_all, explanation })
 }

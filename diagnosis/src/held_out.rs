@@ -162,6 +162,7 @@ pub struct Proof<'a> {
 }
 
 /// Figures of a model on rows that were held out.
+#[derive(Clone)]
 pub struct Shown {
     /// Root mean square of what it leaves, per reading.
     pub rms: f64,

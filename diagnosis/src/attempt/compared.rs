@@ -4,17 +4,10 @@
 use super::Attempt;
 use crate::explain::Explanation;
 use crate::hand_on::HandOn;
-use crate::held_out::{self, Choice, Gain, Groups, gain};
+use crate::held_out::{self, Choice, Gain, Groups, Shown, gain};
 use crate::search::Term;
 use crate::thresholds::NO_WORSE;
 use crate::thresholds::compose::{CLEARLY, OVERFITTED};
-
-/// What an attempt leaves and gains of some held-out groups.
-struct Figures {
-    rms: f64,
-    /// Of every group; none where nothing is handed on.
-    gains: Vec<f64>,
-}
 
 impl Attempt<'_> {
     /// Whether an attempt with forms is to be preferred to this one of named effects alone: where these explain everything,
@@ -28,17 +21,18 @@ impl Attempt<'_> {
         let (own, of_forms) = (&self.said.effects, &with_forms.said.effects);
         let as_short = own.is_empty() || of_forms.len() <= own.len();
         let does_better = || as_short && self.leaves_more_held_out(with_forms, hand_on);
-        self.has_less_merit_than(&with_forms.explanation) && (with_forms.explains || does_better())
+        self.has_less_merit_than(&with_forms.explanation) && (with_forms.explains_all || does_better())
     }
 
     /// Whether a curve of this attempt counts beside another one: the search without the held-out rows chose it, and it predicts
     /// them better than the base and better than the other, beyond the intervals of both gains.
     pub(super) fn is_chosen_over(&self, other: &Attempt, hand_on: &HandOn) -> bool {
         self.is_shown_by_choice()
-            && other.fits_worse_than(self)
+            && other.is_fitted_by(self)
             && self.predicts_surely_better_than(other, hand_on)
     }
 
+    /// Whether the terms of an attempt with forms are clearly likelier, for what is asked of each.
     pub(super) fn has_less_merit_than(&self, with_forms: &Explanation) -> bool {
         let (search, terms) = (&with_forms.search, &with_forms.terms);
         let own = search.translated(&self.explanation.search, &self.explanation.terms);
@@ -47,18 +41,18 @@ impl Attempt<'_> {
 
     /// Whether another attempt leaves less of held-out readings, and no more of fitted ones.
     fn leaves_more_than(&self, other: &Attempt, hand_on: &HandOn) -> bool {
-        self.fits_worse_than(other) && self.leaves_more_held_out(other, hand_on)
+        self.is_fitted_by(other) && self.leaves_more_held_out(other, hand_on)
     }
 
-    fn fits_worse_than(&self, other: &Attempt) -> bool {
+    /// Whether another attempt leaves no more of fitted readings.
+    fn is_fitted_by(&self, other: &Attempt) -> bool {
         other.fit.after.train_rms <= NO_WORSE * self.fit.after.train_rms
     }
 
     fn leaves_more_held_out(&self, other: &Attempt, hand_on: &HandOn) -> bool {
-        let by = self.groups_with(other);
-        match (self.figures(by, hand_on), other.figures(by, hand_on)) {
-            (Some(own), Some(other)) => other.rms < own.rms,
-            _ => other.left() < self.left(),
+        match self.shown_with(other, hand_on) {
+            Some((own, of_other)) => of_other.rms < own.rms,
+            None => other.left() < self.left(),
         }
     }
 
@@ -73,16 +67,13 @@ impl Attempt<'_> {
     /// Whether it predicts held-out groups better than another attempt, beyond the interval of the difference. One of which other
     /// recordings get nothing must only leave more.
     fn predicts_surely_better_than(&self, other: &Attempt, hand_on: &HandOn) -> bool {
-        let by = self.groups_with(other);
-        let of_both = self.figures(by, hand_on).zip(other.figures(by, hand_on));
-        match of_both.filter(|(own, of)| other.hands_on() && own.gains.len() == of.gains.len()) {
-            Some((own, of)) => {
-                let differences: Vec<f64> =
-                    own.gains.iter().zip(of.gains).map(|(own, of)| own - of).collect();
-                gain(&differences).is_certain()
-            }
-            None => other.leaves_more_held_out(self, hand_on),
+        if !other.hands_on() {
+            return other.leaves_more_held_out(self, hand_on);
         }
+        self.shown_with(other, hand_on).is_some_and(|(own, of_other)| {
+            let pairs = own.gains.iter().zip(&of_other.gains);
+            gain(&pairs.map(|(own, other)| own - other).collect::<Vec<f64>>()).is_certain()
+        })
     }
 
     /// Whether other recordings get something.
@@ -92,28 +83,28 @@ impl Attempt<'_> {
         terms.iter().filter_map(|term| term.effect).any(|effect| !catalogue[effect].of_one_time)
     }
 
-    /// What is held out of both: what happened at one time can be shown by blocks only.
-    fn groups_with<'b>(&'b self, other: &'b Attempt) -> &'b str {
-        if other.fit.held_out_by == "block" { "block" } else { &self.fit.held_out_by }
+    /// What this attempt and another show of the same held-out groups: of blocks where either was judged by them, since what
+    /// happened at one time shows in nothing else.
+    fn shown_with(&self, other: &Attempt, hand_on: &HandOn) -> Option<(Shown, Shown)> {
+        let by = if other.fit.held_out_by == "block" { "block" } else { &self.fit.held_out_by };
+        self.shown_by(by, hand_on).zip(other.shown_by(by, hand_on))
     }
 
-    /// What is left of held-out groups of this kind.
-    fn figures(&self, held_out_by: &str, hand_on: &HandOn) -> Option<Figures> {
+    fn shown_by(&self, groups: &str, hand_on: &HandOn) -> Option<Shown> {
         let shown = self.settled.shown.as_ref()?;
-        if self.fit.held_out_by == held_out_by {
-            return Some(Figures { rms: shown.rms, gains: shown.gains.clone() });
+        if self.fit.held_out_by == groups {
+            return Some(shown.clone());
         }
-        let groups = if held_out_by == "block" { Groups::Blocks } else { Groups::Passes };
+        let wanted = if groups == "block" { Groups::Blocks } else { Groups::Passes };
         let hand_on = HandOn { catalogue: self.explanation.search.catalogue, ..*hand_on };
-        let proof = held_out::prove(&self.explanation, &hand_on, &self.before, groups)?;
+        let proof = held_out::prove(&self.explanation, &hand_on, &self.before, wanted)?;
         let handed = &self.settled.handed;
         let terms: Vec<Term> = handed.terms.iter().map(|term| term.term.clone()).collect();
         if terms.is_empty() {
-            return Some(Figures { rms: proof.before(), gains: Vec::new() });
+            return Some(Shown { rms: proof.before(), ..shown.clone() });
         }
         let choice = if shown.chosen_without { Choice::Searched } else { Choice::Of(&terms) };
-        let shown = proof.shows(&hand_on, &choice, handed.order)?;
-        Some(Figures { rms: shown.rms, gains: shown.gains })
+        proof.shows(&hand_on, &choice, handed.order)
     }
 
     /// What is left of held-out readings, of all where none are held out.

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::limits;
-use super::scale::{median, range, trimmed};
+use super::scale::{median, range, scaled, trimmed};
 
 /// Deviations beyond so many times the scatter count as if they were no larger (Huber).
 const LINEAR: f64 = 2.0;
@@ -26,7 +26,9 @@ impl Base {
         let order = limits::BASE_ORDER.min(2 * positions / 5).min(n / limits::ROWS_PER_TERM);
         let over_time = limits::TIME_ORDER.min(n / 40);
         let both = direction.iter().any(|d| *d != direction[0]) && n >= 60 && positions >= 6;
-        let (a, t) = (scaled(angle), scaled(time));
+        let or_middle =
+            |x: Vec<f64>| -> Vec<f64> { x.iter().map(|x| if x.is_finite() { *x } else { 0.0 }).collect() };
+        let (a, t) = (or_middle(scaled(angle)), or_middle(scaled(time)));
         let count = order + 1 + over_time + if both { 3 } else { 0 };
         // Column after column, as the matrix has them.
         let mut columns = Vec::with_capacity(n * count);
@@ -83,12 +85,6 @@ impl Base {
         let coefficients = normal.cholesky()?.solve(&right);
         Some(&self.columns * coefficients)
     }
-}
-
-fn scaled(values: &[f64]) -> Vec<f64> {
-    let (low, high) = range(values);
-    let (middle, half) = (0.5 * (low + high), (0.5 * (high - low)).max(f64::MIN_POSITIVE));
-    values.iter().map(|v| if v.is_finite() { (v - middle) / half } else { 0.0 }).collect()
 }
 
 fn chebyshev(x: &[f64], order: usize) -> Vec<f64> {

@@ -1,7 +1,7 @@
 //! Which cell of a row is wrong: of every column it is asked how well it alone explains what the channels show.
 
 use super::channels::{Channel, Channels};
-use super::column::Dependence;
+use super::dependence::Dependence;
 use super::{Fault, limits};
 use crate::recording::{Readings, Recording};
 

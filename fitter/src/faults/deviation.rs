@@ -1,7 +1,7 @@
 //! How far every row of a channel is from what the other rows say, in which the rows agree that predict it best.
 
 use super::base::Base;
-use super::scale::{least, median, quantile, range, trimmed, with_tail};
+use super::scale::{least, median, quantile, range, scaled, trimmed, with_tail};
 use super::{limits, trend};
 
 /// What the rows of all channels have in common.
@@ -91,8 +91,7 @@ impl Surroundings {
         let of = |row: usize, own: bool| if has_place(row) { nearest(row, own) } else { Vec::new() };
         let at_angle = [false, true].map(|own| (0..n).map(|row| of(row, own)).collect());
         by_angle.retain(|row| has_place(*row));
-        let half = (0.5 * (high - low)).max(f64::MIN_POSITIVE);
-        let place = angle.iter().map(|a| ((a - 0.5 * (low + high)) / half).clamp(-1.0, 1.0)).collect();
+        let place = scaled(angle).into_iter().map(|a| a.clamp(-1.0, 1.0)).collect();
         let turned = (0..n).filter(|row| *row == 0 || direction[*row] != direction[row - 1]).collect();
         let (base, time) = (Base::new(angle, time, direction), time.to_vec());
         Surroundings { base, time, place, by_angle, turned, at_angle }

@@ -2,11 +2,6 @@
 
 /// Part of the rows that may be affected: a column with more is not a few wrong cells but a wrong column.
 pub const MOST_AFFECTED: f64 = 0.1;
-/// A further column explains deviations where a parabola of it takes so many times as much from the rows as chance does
-/// (F of three terms): of a column of noise once in a million cells.
-pub const OF_A_COLUMN: f64 = 10.0;
-/// Part of a deviation that such a parabola may leave of it.
-pub const UNEXPLAINED: f64 = 0.5;
 /// Fewest rows of which a scatter is known well enough to hold a single cell against it.
 pub const FEWEST_ROWS: usize = 12;
 /// Searches with the rows found before left out; each finds at least one cell more.
@@ -18,6 +13,12 @@ pub const STRETCH: usize = 100_000;
 /// the prediction of others reach half of it.
 pub const TOGETHER: f64 = 0.7;
 
+/// F of the three terms in which deviations go with a further column, from which on it is no chance: of some hundred rows a column of
+/// noise reaches it in one of some hundred thousand recordings (F distribution).
+pub const OF_A_COLUMN: f64 = 10.0;
+/// Part of a deviation that the column may leave of it: by judgement. The terms are fitted to deviations that are cut at
+/// [`OUTLIER`], and so say too little of the largest.
+pub const UNEXPLAINED: f64 = 0.5;
 /// Multiples of the scatter from which on a cell is listed. The scatter holds what the prediction from other
 /// rows adds, about a tenth, so that normal noise reaches it in one of two million cells; a cell 8 times the column's own
 /// noise off stays above it in 99 % of the cases.

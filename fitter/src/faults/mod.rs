@@ -7,8 +7,8 @@
 mod base;
 mod channels;
 mod clock;
-mod column;
 mod culprit;
+mod dependence;
 mod deviation;
 mod findings;
 mod gross;

@@ -31,6 +31,13 @@ pub fn range(values: &[f64]) -> (f64, f64) {
     (first.max(low - beyond), last.min(high + beyond))
 }
 
+/// Finite values from −1 to 1 over their [`range`]; those far out go beyond, and blanks stay blank.
+pub fn scaled(values: &[f64]) -> Vec<f64> {
+    let (low, high) = range(values);
+    let (middle, half) = (0.5 * (low + high), (0.5 * (high - low)).max(f64::MIN_POSITIVE));
+    values.iter().map(|value| (value - middle) / half).collect()
+}
+
 /// Mean of the smaller nine tenths of normal absolute values, over their standard deviation.
 const TRIMMED: f64 = 0.6573;
 /// 97 % quantile of normal absolute values, over their standard deviation.

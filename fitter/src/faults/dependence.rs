@@ -4,9 +4,9 @@
 use nalgebra::{Matrix4, Vector4};
 
 use super::limits;
-use super::scale::range;
+use super::scale::scaled;
 
-/// How deviations go with a column: a parabola of it, and a sensitivity that goes with it.
+/// How deviations go with a column: a parabola of it, and a slope over the angle that goes with it.
 pub struct Dependence {
     /// What it says of every row; NaN where the column is blank.
     said: Vec<f64>,
@@ -17,7 +17,7 @@ impl Dependence {
     pub fn of(column: &[f64], angle: &[f64], deviation: &[f64]) -> Option<Dependence> {
         let (z, a) = (scaled(column), scaled(angle));
         let terms = |row: usize| Vector4::new(1.0, z[row], z[row] * z[row], z[row] * a[row]);
-        // A single row counts no more than an outlier does, and so is not significant by itself.
+        // A row counts no more than an outlier does: alone it is not enough for a dependence.
         let seen = |row: usize| deviation[row].clamp(-limits::OUTLIER, limits::OUTLIER);
         let known = |row: &usize| (z[*row] + a[*row] + deviation[*row]).is_finite();
         let rows: Vec<usize> = (0..deviation.len()).filter(known).collect();
@@ -39,11 +39,4 @@ impl Dependence {
     pub fn explains(&self, row: usize, deviation: f64) -> bool {
         (deviation - self.said[row]).abs() < limits::UNEXPLAINED * deviation.abs()
     }
-}
-
-/// The values from −1 to 1 over their range.
-fn scaled(values: &[f64]) -> Vec<f64> {
-    let (low, high) = range(values);
-    let (middle, half) = (0.5 * (low + high), (0.5 * (high - low)).max(f64::MIN_POSITIVE));
-    values.iter().map(|value| (value - middle) / half).collect()
 }
