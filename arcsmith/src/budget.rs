@@ -8,8 +8,8 @@ use codegen::options::Options;
 use codegen::refused;
 use fitter::budget::{Budget, Combined, Component};
 use fitter::figures::number;
-use fitter::report::Beside;
-use fitter::report::budget::{freedom, page};
+use pages::Beside;
+use pages::budget::{freedom, page};
 use fitter::{Coefficients, output, text_safety};
 use serde_json::json;
 

@@ -13,7 +13,7 @@ use fitter::figures::{figure, plain, with_interval};
 use fitter::output::FileSet;
 use fitter::plant::PlantFile;
 use fitter::recording::{Purpose, Reading};
-use fitter::report::Beside;
+use pages::Beside;
 use fitter::{Mirror, Recording, text_safety};
 
 use crate::diagnose::{DeviceArgs, declared, motion};

@@ -129,6 +129,7 @@ enum Command {
 
 /// Runs the program: `words` are its own name or path, the command and the options.
 pub fn run(words: Vec<OsString>) -> ExitCode {
+    parquet_tables::register();
     terminal::called_with(words, || match project::complete::asked(terminal::called().into_iter()) {
         Ok(None) => program(Cli::try_parse_from(terminal::called()), command),
         Ok(Some(asked)) => program(asked.parsed(), project::complete::Asked::run),

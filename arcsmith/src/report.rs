@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use codegen::refused;
 use fitter::output::{self, FileSet};
-use fitter::report::{Beside, Report, Text};
+use pages::{Beside, Report, Text};
 use fitter::text_safety;
 use serde_json::json;
 

@@ -48,8 +48,6 @@ pub mod points;
 mod pretty;
 pub mod progress;
 pub mod recording;
-#[cfg(feature = "report")]
-pub mod report;
 #[cfg(feature = "fit")]
 pub mod statistics;
 pub mod table;

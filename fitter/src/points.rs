@@ -68,7 +68,7 @@ impl Points {
     /// Groups the readings of a sensor that turns, given within the turn: by angle where the same angles come
     /// again, pass by pass or turn by turn, else in bundles of neighbouring ones. An angle is the same
     /// whichever turn was commanded.
-    pub(crate) fn around(recording: &Recording, reading: &[f64], turn: f64) -> Points {
+    pub fn around(recording: &Recording, reading: &[f64], turn: f64) -> Points {
         let mut steps: Vec<f64> = (1..reading.len())
             .filter(|row| recording.pass[*row] == recording.pass[row - 1])
             .map(|row| reading[row] - reading[row - 1])

@@ -6,13 +6,15 @@ use crate::weights::{Scatter, Variance};
 pub use crate::coefficients::{PointStatistics, Spread, Statistics};
 
 /// Mean and sum of squared deviations of each point's values (Welford's recurrence).
-pub(crate) struct PointMoments {
+pub struct PointMoments {
+    /// One mean for each point.
     pub mean: Vec<f64>,
     squares: Vec<f64>,
     count: Vec<usize>,
 }
 
 impl PointMoments {
+    /// Those of `value`, which is given for each row.
     pub fn of(points: &Points, value: impl Fn(usize) -> f64) -> PointMoments {
         let count = points.count();
         let mut moments =
@@ -27,6 +29,7 @@ impl PointMoments {
         moments
     }
 
+    /// One variance for each point.
     pub fn variances(&self) -> Vec<Variance> {
         (self.squares.iter().zip(&self.count))
             .map(|(squares, count)| {

@@ -12,8 +12,10 @@ use crate::statistics::readable;
 pub use crate::coefficients::Scatter;
 
 /// Variance of each point with its degrees of freedom.
-pub(crate) struct Variance {
+pub struct Variance {
+    /// Zero without degrees of freedom.
     pub value: f64,
+    /// Readings less means.
     pub freedom: usize,
 }
 

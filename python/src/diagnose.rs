@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use arcsmith::shared::{declared, diagnosis_summary, motion};
 use diagnosis::dynamic::{self, Case, DynamicOutcome, DynamicRecording, OwnSimulation};
 use diagnosis::observe::Wanted;
-use fitter::report::Beside;
+use pages::Beside;
 use diagnosis::simulated::{self, Simulation};
 use diagnosis::{Options, Outcome, report};
 use fitter::message::Message;

@@ -9,7 +9,7 @@ use fitter::faults::{self, Screened};
 use fitter::message::Message;
 use fitter::order::Splits;
 use fitter::recording::{Purpose, Reading};
-use fitter::report::{Beside, Report, Text};
+use pages::{Beside, Report, Text};
 use fitter::{Fitted, Options, Solver};
 use pyo3::prelude::*;
 use serde_json::json;

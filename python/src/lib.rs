@@ -31,6 +31,7 @@ fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
 /// The compiled part of `arcsmith`.
 #[pymodule]
 fn _arcsmith(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    parquet_tables::register();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("ArcsmithError", module.py().get_type::<error::ArcsmithError>())?;
     module.add_class::<coefficients::Coefficients>()?;

@@ -13,7 +13,7 @@ use diagnosis::observe::{Simulated, Wanted};
 use diagnosis::{Diagnosis, Options, Outcome, diagnose, effects, report, simulated};
 use fitter::output::FileSet;
 use fitter::recording::{Note, Purpose, Reading};
-use fitter::report::Beside;
+use pages::Beside;
 use fitter::{Mirror, Recording, Sensor, text_safety};
 use rayon::prelude::*;
 

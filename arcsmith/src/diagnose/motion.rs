@@ -19,7 +19,7 @@ use fitter::text_safety;
 use rayon::prelude::*;
 
 use crate::next;
-use fitter::report::Beside;
+use pages::Beside;
 
 use super::{Arguments, all, known, one_simulation, stems, tell, tell_times};
 use crate::terminal::{Common, Result};

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use codegen::refused;
 use fitter::output::FileSet;
-use fitter::report::Beside;
+use pages::Beside;
 use fitter::text_safety;
 
 use crate::diagnose::threads;

@@ -3,7 +3,7 @@
 use diagnosis::fleet::FALSE_ALARMS;
 use diagnosis::report::{probability, without_unit};
 use fitter::figures::{figure, with_interval};
-use fitter::report::{Beside, Chart, Colour, Figure, Mark, Series, environment};
+use pages::{Beside, Chart, Colour, Figure, Mark, Series, environment};
 use minijinja::{Value, context};
 
 use super::results::Results;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use codegen::refused;
 use fitter::table::Cells;
-use fitter::table::dataset::{Columns, Dataset};
+use parquet_tables::dataset::{Columns, Dataset};
 use fitter::{Recording, RecordingError, text_safety};
 use rayon::prelude::*;
 
@@ -88,7 +88,7 @@ impl Source {
         let beside: Vec<&str> = [columns.lot, columns.time].into_iter().flatten().collect();
         if files.is_empty() {
             return Err(
-                fitter::table::dataset::DatasetError::NoFile { folder: text_safety::path(data) }.into()
+                parquet_tables::dataset::DatasetError::NoFile { folder: text_safety::path(data) }.into()
             );
         }
         let dataset = Dataset::open(files, unit, &beside)?;

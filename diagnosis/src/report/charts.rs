@@ -1,6 +1,6 @@
 //! Charts of the residual before and after.
 
-use fitter::report::{Chart, Colour, Figure, Mark, Series};
+use pages::{Chart, Colour, Figure, Mark, Series};
 use numerics::{mean, range};
 
 use super::readable;

@@ -1,7 +1,7 @@
 //! The page of two recordings that were compared.
 
 use fitter::figures;
-use fitter::report::{Beside, Chart, Colour, Figure, Mark, Series, environment};
+use pages::{Beside, Chart, Colour, Figure, Mark, Series, environment};
 use minijinja::context;
 use numerics::{mean, range};
 

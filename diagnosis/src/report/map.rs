@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use fitter::report::Colour;
+use pages::Colour;
 use numerics::range;
 
 use super::{digits, readable};

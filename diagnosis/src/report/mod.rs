@@ -12,7 +12,7 @@ mod traces;
 pub use compare::{compared, of_comparison};
 use fitter::figures;
 use fitter::plant::Kind;
-use fitter::report::{Beside, Figure, environment};
+use pages::{Beside, Figure, environment};
 use minijinja::{Value, context};
 use serde::Serialize;
 
@@ -198,7 +198,7 @@ const LOCATED: &str = "with the named effects and what was located";
 
 /// How the residual is distributed.
 fn scatter(residual: &[f64], whose: &str, unit: &str) -> Section {
-    let figures = fitter::report::distribution(residual, "", whose, unit);
+    let figures = pages::distribution(residual, "", whose, unit);
     Section { title: "Is the residual noise?", note: String::new(), figures }
 }
 

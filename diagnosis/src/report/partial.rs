@@ -1,7 +1,7 @@
 //! What an effect of one column without memory adds, over that column: the residual with the effect's own part (the partial
 //! residual), and the effect with its band.
 
-use fitter::report::{Chart, Colour, Figure, Mark, Series};
+use pages::{Chart, Colour, Figure, Mark, Series};
 use numerics::centred;
 
 use super::readable;

@@ -1,6 +1,6 @@
 //! Spectra: the recorded position, what both simulations leave of it, noise and distortion.
 
-use fitter::report::{Chart, Colour, Figure, Mark, Scale, Series};
+use pages::{Chart, Colour, Figure, Mark, Scale, Series};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Section;

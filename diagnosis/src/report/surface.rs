@@ -5,7 +5,7 @@
 //! polynomial of order three (A. Savitzky, M. Golay, Anal. Chem. 36 (1964) 1627–1639).
 
 use fitter::plant::Plant;
-use fitter::report::{Cell, Chart, Colour, Figure, Map, Mark, Series};
+use pages::{Cell, Chart, Colour, Figure, Map, Mark, Series};
 
 use crate::dynamic::DynamicRecording;
 use crate::thresholds::report::surface::{LEAST, REACH};

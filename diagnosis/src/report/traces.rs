@@ -1,6 +1,6 @@
 //! Simulated against recorded, where the simulation alone errs most; and what is left over all rows.
 
-use fitter::report::{Chart, Colour, Figure, Mark, Series};
+use pages::{Chart, Colour, Figure, Mark, Series};
 
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::diagnose::Predicted;

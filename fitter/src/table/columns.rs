@@ -8,12 +8,12 @@ use crate::message::FileLine;
 use crate::text_safety;
 
 /// What stands in a cell.
-pub(super) enum Cell<'a> {
+pub enum Cell<'a> {
     /// Nothing.
     Blank,
     /// A null of a file that knows them.
-    #[cfg_attr(not(feature = "parquet"), allow(dead_code))]
     Null,
+    /// A number.
     Number(f64),
     /// What is no number, as it stands there.
     Text(&'a [u8]),
@@ -50,7 +50,7 @@ impl Reading {
 }
 
 /// A table that is being read.
-pub(super) struct Columns {
+pub struct Columns {
     header: Header,
     columns: Vec<Reading>,
     lines: Lines,

@@ -116,8 +116,8 @@ errors! {
             at(place) says("is null") expected("a number (only optional columns may have nulls)")
             mend("drop the row");
         NoParquet { file: String } =>
-            at(file) says("is a Parquet file, and this program was built without the feature `parquet`")
-            mend("write it as CSV");
+            at(file) says("is a Parquet file, which this program does not read")
+            mend("write it as CSV, or give it to `arcsmith`");
         NoTdms { file: String } =>
             at(file) says("is a LabVIEW TDMS file") expected("CSV or Parquet")
             mend("export its channels as one of the two");

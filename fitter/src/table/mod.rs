@@ -1,4 +1,4 @@
-//! A table of numbers as a file holds it: columns by name, out of CSV in its dialects, gzip or Parquet; or as another
+//! A table of numbers as a file holds it: columns by name, out of CSV in its dialects, gzip or a [`Format`] that was added; or as another
 //! program holds it in memory.
 //!
 //! This is the one reader of recordings. What a column means is not known here: a kind of recording says of each column
@@ -6,11 +6,11 @@
 
 #[cfg(feature = "fit")]
 mod columns;
-#[cfg(feature = "parquet")]
-pub mod dataset;
 mod dialect;
 #[cfg(feature = "fit")]
 mod error;
+#[cfg(feature = "fit")]
+mod format;
 #[cfg(feature = "fit")]
 mod header;
 mod lines;
@@ -18,8 +18,6 @@ mod lines;
 mod mapping;
 #[cfg(feature = "fit")]
 mod memory;
-#[cfg(feature = "parquet")]
-mod parquet;
 #[cfg(feature = "fit")]
 mod source;
 #[cfg(feature = "fit")]
@@ -29,10 +27,12 @@ mod timestamp;
 mod values;
 
 #[cfg(feature = "fit")]
-pub use columns::Uses;
+pub use columns::{Cell, Columns, Uses};
 pub use dialect::Dialect;
 #[cfg(feature = "fit")]
 pub use error::{Place, RecordingError};
+#[cfg(feature = "fit")]
+pub use format::{Format, Read, add_format};
 #[cfg(feature = "fit")]
 pub use header::{Header, family, nearest};
 pub(crate) use lines::counts_rows;

@@ -1,4 +1,4 @@
-//! Where a table comes from: a file, a pipe, or bytes; packed or not, text or Parquet.
+//! Where a table comes from: a file, a pipe, or bytes; packed or not, text or another format.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
@@ -8,13 +8,13 @@ use sha2::{Digest, Sha256};
 
 use super::columns::Uses;
 use super::text::{self, BUFFER};
-use super::{Naming, RecordingError, Table};
+use super::{Naming, RecordingError, Table, format};
 use crate::input;
 use crate::text_safety;
 
 impl Table {
-    /// Reads the file at `path`; gzip is known by its name or its first bytes, Parquet
-    /// by its first bytes. `uses` says which columns are taken, and `progress` is told the number of bytes read so far.
+    /// Reads the file at `path`; gzip is known by its name or its first bytes, a
+    /// format that was added ([`add_format`](super::add_format)) by its first bytes. `uses` says which columns are taken, and `progress` is told the number of bytes read so far.
     ///
     /// # Errors
     /// One of [`RecordingError`], with the line and the column where there is one.
@@ -33,12 +33,13 @@ impl Table {
         let mut head = Vec::new();
         file.by_ref().take(4).read_to_end(&mut head).map_err(unreadable)?;
         // A pipe cannot be read again from its beginning: what was read is put before the rest.
-        let table = match &head[..] {
-            b"PAR1" => {
+        let table = match (format::reader(&head), &head[..]) {
+            (Some(read), _) => {
                 let file = if file.rewind().is_ok() { Ok(file) } else { spooled(head.chain(file)) };
-                parquet(&shown, file.map_err(unreadable)?, naming, uses, progress)?
+                seekable(read, &shown, file.map_err(unreadable)?, naming, uses, progress)?
             }
-            b"TDSm" => return Err(RecordingError::NoTdms { file: shown }),
+            (None, b"PAR1") => return Err(RecordingError::NoParquet { file: shown }),
+            (None, b"TDSm") => return Err(RecordingError::NoTdms { file: shown }),
             _ => {
                 let gzip = input::is_gzip(&shown, &head);
                 hashed(&shown, head.chain(file), gzip, naming, uses, progress)?
@@ -119,9 +120,9 @@ fn spooled(mut source: impl Read) -> io::Result<File> {
     Ok(file)
 }
 
-/// Hashes a Parquet file and reads it.
-#[cfg(feature = "parquet")]
-fn parquet(
+/// Hashes a file that is no text and reads it.
+fn seekable(
+    read: format::Read,
     file: &str,
     mut source: File,
     naming: &Naming,
@@ -131,16 +132,5 @@ fn parquet(
     let unreadable = |error: io::Error| RecordingError::of(file, &error, false);
     let sha256 = Hashing::new(&mut source, progress).finish().map_err(unreadable)?;
     source.rewind().map_err(unreadable)?;
-    Ok(Table { sha256, ..super::parquet::read(file, source, naming, uses)? })
-}
-
-#[cfg(not(feature = "parquet"))]
-fn parquet(
-    file: &str,
-    _: File,
-    _: &Naming,
-    _: &Uses,
-    _: &mut dyn FnMut(u64),
-) -> Result<Table, RecordingError> {
-    Err(RecordingError::NoParquet { file: file.to_string() })
+    Ok(Table { sha256, ..read(file, source, naming, uses)? })
 }

@@ -1,6 +1,6 @@
 //! The detection curve.
 
-use fitter::report::{Chart, Colour, Mark, Scale, Series};
+use pages::{Chart, Colour, Mark, Scale, Series};
 
 use crate::curve::Curve;
 use crate::statistics::{ideal_detection, phi};

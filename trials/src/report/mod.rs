@@ -104,7 +104,7 @@ impl Page for Report<Score> {
 
 /// A page from its template, with the style that all pages share.
 pub(crate) fn render(page: &'static str, values: minijinja::Value) -> String {
-    let mut environment = fitter::report::environment();
+    let mut environment = pages::environment();
     environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
     // The templates are part of the program and are rendered by its tests.
     let rendered = environment

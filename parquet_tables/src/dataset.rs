@@ -11,9 +11,10 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, Row};
 use parquet::schema::types::Type;
 
-use super::parquet::{guarded, number_of};
-use super::{Cells, RecordingError};
-use crate::{input, text_safety};
+use fitter::table::{Cells, RecordingError};
+use fitter::{errors, input, text_safety};
+
+use crate::file::{guarded, number_of};
 
 errors! {
     /// Why a dataset is refused.

@@ -1,12 +1,12 @@
 //! What the correction leaves of a recording's errors, pass by pass and point by point.
 
-use crate::apply::{ApplyError, apply};
-use crate::coefficients::Coefficients;
-use crate::error_model::Sensor;
-use crate::fit::Fit;
-use crate::points::Points;
-use crate::recording::Recording;
-use crate::statistics::PointMoments;
+use fitter::apply::{ApplyError, apply};
+use fitter::coefficients::Coefficients;
+use fitter::error_model::Sensor;
+use fitter::Fit;
+use fitter::points::Points;
+use fitter::recording::Recording;
+use fitter::statistics::PointMoments;
 
 /// Errors after the correction.
 pub struct Corrected {

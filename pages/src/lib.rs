@@ -23,12 +23,12 @@ mod verification;
 use minijinja::{Environment, context};
 use serde::Serialize;
 
-use crate::apply::ApplyError;
-use crate::coefficients::Coefficients;
-use crate::error_model::Sensor;
-use crate::faults::BadRow;
-use crate::fit::Fit;
-use crate::recording::Recording;
+use fitter::apply::ApplyError;
+use fitter::coefficients::Coefficients;
+use fitter::error_model::Sensor;
+use fitter::faults::BadRow;
+use fitter::Fit;
+use fitter::recording::Recording;
 
 pub use after::{Corrected, PointErrors};
 pub use cells::{Cell, Map};
@@ -114,7 +114,7 @@ pub struct Text<'a> {
     /// The summary of the fit as plain text.
     pub summary: &'a str,
     /// The uncertainty budget of the correction, with the name of the routine; none where there is none.
-    pub budget: Option<(&'a str, &'a crate::budget::Budget)>,
+    pub budget: Option<(&'a str, &'a fitter::budget::Budget)>,
     /// The next commands and the files.
     pub beside: &'a Beside,
 }
@@ -166,7 +166,7 @@ impl<'a> Report<'a> {
     pub fn page(&self, figures: &[Figure], text: &Text) -> String {
         let file = &self.fit.coefficients;
         let statistics = file.statistics.as_ref();
-        let spread = |spread: &crate::statistics::Spread| {
+        let spread = |spread: &fitter::statistics::Spread| {
             context! {
                 rms => digits(spread.rms),
                 max => digits(spread.max),
@@ -200,7 +200,7 @@ impl<'a> Report<'a> {
                 .map(|bad| format!("line {}, {} {}: {}", bad.line, bad.column, bad.value, bad.reason))
                 .collect::<Vec<String>>(),
             notes => self.fit.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
-            depends => crate::dependence::pointer(&self.fit.dependences, &file.recording.file),
+            depends => fitter::dependence::pointer(&self.fit.dependences, &file.recording.file),
             directions => file.turn.as_ref().map(|turn| turn.directions.statement.clone()),
             slope => file.turn.as_ref().and_then(|turn| turn.slope.as_ref()).map(|s| capital(&s.statement)),
             budget => text.budget.map(|(name, of)| context! { name, ..budget::shown(of) }),
@@ -262,5 +262,5 @@ fn angle_unit(sensor: &Sensor) -> &str {
 
 /// Four significant digits, for a reader.
 pub(crate) fn digits(value: f64) -> String {
-    crate::figures::plain(value).replace('-', "−")
+    fitter::figures::plain(value).replace('-', "−")
 }

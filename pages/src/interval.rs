@@ -2,8 +2,8 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::points::Points;
-use crate::statistics::PointMoments;
+use fitter::points::Points;
+use fitter::statistics::PointMoments;
 
 /// Half the 95 % interval of every point's mean; blank where no point has two readings. The scatter of all points is
 /// taken together: that of a single one is known too poorly.

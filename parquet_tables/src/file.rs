@@ -10,22 +10,21 @@ use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
-use super::columns::{Cell, Columns, Uses};
-use super::{Dialect, Naming, RecordingError, Table};
-use crate::input::{self, LimitError};
+use fitter::input::{self, LimitError};
+use fitter::table::{Cell, Columns, Dialect, Naming, RecordingError, Table, Uses};
 
 thread_local! {
     static QUIET: Flag<bool> = const { Flag::new(false) };
 }
 
 /// Reads the file; its hash is left blank.
-pub(super) fn read(file: &str, source: File, naming: &Naming, uses: &Uses) -> Result<Table, RecordingError> {
+pub(crate) fn read(file: &str, source: File, naming: &Naming, uses: &Uses) -> Result<Table, RecordingError> {
     guarded(file, || read_trusting(file, source, naming, uses))
 }
 
 /// Runs what reads a file. The crate panics at some files whose parts contradict each other: that is caught here, without
 /// a word of its own, and reported as damage.
-pub(super) fn guarded<T, E: From<RecordingError>>(
+pub(crate) fn guarded<T, E: From<RecordingError>>(
     file: &str,
     read: impl FnOnce() -> Result<T, E>,
 ) -> Result<T, E> {
@@ -109,7 +108,7 @@ fn read_trusting(file: &str, source: File, naming: &Naming, uses: &Uses) -> Resu
 }
 
 /// The field as a number: times in seconds; none of text, dates and nulls.
-pub(super) fn number_of(field: &Field) -> Option<f64> {
+pub(crate) fn number_of(field: &Field) -> Option<f64> {
     match field {
         Field::Bool(value) => Some(f64::from(u8::from(*value))),
         Field::Byte(value) => Some(f64::from(*value)),

@@ -3,7 +3,7 @@
 use minijinja::{Value, context};
 
 use super::{Beside, digits};
-use crate::budget::{Budget, Combined, Component};
+use fitter::budget::{Budget, Combined, Component};
 
 /// A page of budgets, with what they are of, that can be printed for a calibration record. `origin` are sentences on where
 /// they come from.

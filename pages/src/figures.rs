@@ -5,10 +5,10 @@ use super::chart::{Chart, Mark, Scale, Series};
 use super::colour::Colour;
 use super::interval::half_intervals;
 use super::{Figure, angle, angle_unit, digits, turning};
-use crate::coefficients::Coefficients;
-use crate::fit::Fit;
-use crate::recording::Recording;
-use crate::statistics::PointMoments;
+use fitter::coefficients::Coefficients;
+use fitter::Fit;
+use fitter::recording::Recording;
+use fitter::statistics::PointMoments;
 
 /// Points of a drawn model curve.
 const CURVE: usize = 400;
@@ -157,7 +157,7 @@ pub(super) fn overview(fit: &Fit, corrected: &Corrected) -> Figure {
 
 /// The model's error at a reading, in the internal unit; of a sensor that turns with its harmonics.
 pub(super) fn model(file: &Coefficients, reading: f64) -> f64 {
-    match (&file.turn, crate::turn::corrected(file, reading)) {
+    match (&file.turn, fitter::turn::corrected(file, reading)) {
         (Some(turn), Some(corrected)) => {
             let apart = reading - corrected;
             let constant = file.base.coefficients[0];
@@ -172,7 +172,7 @@ fn selection(file: &Coefficients) -> Option<Figure> {
     let turn = file.turn.as_ref().filter(|turn| turn.whole);
     let selection = turn.map_or(file.order_selection.as_ref(), |turn| turn.harmonics.as_ref())?;
     let what = if turn.is_some() { "number of harmonics" } else { "order n" };
-    let of = |pick: fn(&crate::order::OrderScore) -> f64| -> Vec<(f64, f64)> {
+    let of = |pick: fn(&fitter::order::OrderScore) -> f64| -> Vec<(f64, f64)> {
         selection.curve.iter().map(|score| (score.order as f64, pick(score))).filter(|p| p.1 > 0.0).collect()
     };
     let chosen = selection.chosen;

@@ -92,7 +92,7 @@ fn one_in_each_cell(series: &mut [Series], span: &Span, cells: (f64, f64)) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::Colour;
+    use crate::Colour;
 
     fn many(mark: Mark) -> Vec<Series> {
         let points = (0..100_000).map(|i| (f64::from(i), f64::from(i * 7919 % 10_007))).collect();
@@ -107,7 +107,7 @@ mod tests {
             let left = series[0].points.len();
             assert!((500..=MOST_DOTS).contains(&left), "{mark:?}: {left}");
             assert!(mark == Mark::Line || (drawn, of) == (left, 100_000));
-            let (low, high) = crate::report::chart::range(series[0].points.iter().map(|p| p.1)).unwrap();
+            let (low, high) = crate::chart::range(series[0].points.iter().map(|p| p.1)).unwrap();
             assert!(low < 100.0 && high > 9_900.0, "{mark:?}: {low} … {high}");
         }
     }

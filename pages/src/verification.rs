@@ -6,7 +6,7 @@ use super::colour::Colour;
 use super::distribution::distribution;
 use super::interval::half_of;
 use super::{Figure, angle_unit, digits};
-use crate::coefficients::Coefficients;
+use fitter::coefficients::Coefficients;
 
 /// Readings of a pass, and of all, up to which those of a pass are joined by a line: beyond, lines hide each other.
 const JOINED: (usize, usize) = (120, 1500);

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use super::chart::{Chart, Mark, Series};
 use super::colour::Colour;
 use super::{Figure, digits, figures, polar};
-use crate::figures::NORMAL_95;
-use crate::fit::Fit;
+use fitter::figures::NORMAL_95;
+use fitter::Fit;
 
 /// Points of the model's curve around the turn.
 const AROUND: usize = 360;
@@ -19,7 +19,7 @@ pub(super) fn figures(fit: &Fit, offset: f64, means: &[f64]) -> Vec<Figure> {
     };
     let unit = file.sensor.error_unit();
     let scale = file.sensor.per_internal();
-    let amplitude = |a: &crate::turn::Amplitude| (f64::from(a.harmonic), scale * a.amplitude);
+    let amplitude = |a: &fitter::turn::Amplitude| (f64::from(a.harmonic), scale * a.amplitude);
     let bars = turn.amplitudes.iter().map(|a| NORMAL_95 * scale * a.standard_error.unwrap_or(0.0)).collect();
     let strongest = turn.amplitudes.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
     let strongest = strongest.map_or(String::new(), |a| {
