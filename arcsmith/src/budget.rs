@@ -8,9 +8,9 @@ use codegen::options::Options;
 use codegen::refused;
 use fitter::budget::{Budget, Combined, Component};
 use fitter::figures::number;
+use fitter::{Coefficients, output, text_safety};
 use pages::Beside;
 use pages::budget::{freedom, page};
-use fitter::{Coefficients, output, text_safety};
 use serde_json::json;
 
 use crate::next;

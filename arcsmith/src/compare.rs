@@ -13,8 +13,8 @@ use fitter::figures::{figure, plain, with_interval};
 use fitter::output::FileSet;
 use fitter::plant::PlantFile;
 use fitter::recording::{Purpose, Reading};
-use pages::Beside;
 use fitter::{Mirror, Recording, text_safety};
+use pages::Beside;
 
 use crate::diagnose::{DeviceArgs, declared, motion};
 use crate::next;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use codegen::refused;
 use fitter::output::{self, FileSet};
-use pages::{Beside, Report, Text};
 use fitter::text_safety;
+use pages::{Beside, Report, Text};
 use serde_json::json;
 
 use crate::budget;

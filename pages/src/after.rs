@@ -1,9 +1,9 @@
 //! What the correction leaves of a recording's errors, pass by pass and point by point.
 
+use fitter::Fit;
 use fitter::apply::{ApplyError, apply};
 use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;
-use fitter::Fit;
 use fitter::points::Points;
 use fitter::recording::Recording;
 use fitter::statistics::PointMoments;

@@ -1,9 +1,9 @@
 //! An uncertainty budget as tables: of text, and of a page.
 
+use fitter::budget::{Budget, Combined, Component};
 use minijinja::{Value, context};
 
 use super::{Beside, digits};
-use fitter::budget::{Budget, Combined, Component};
 
 /// A page of budgets, with what they are of, that can be printed for a calibration record. `origin` are sentences on where
 /// they come from.

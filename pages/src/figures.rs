@@ -1,14 +1,15 @@
 //! The figures of the calibration: the error, the order that was chosen, the model and what it leaves.
 
+use fitter::Fit;
+use fitter::coefficients::Coefficients;
+use fitter::recording::Recording;
+use fitter::statistics::PointMoments;
+
 use super::after::Corrected;
 use super::chart::{Chart, Mark, Scale, Series};
 use super::colour::Colour;
 use super::interval::half_intervals;
 use super::{Figure, angle, angle_unit, digits, turning};
-use fitter::coefficients::Coefficients;
-use fitter::Fit;
-use fitter::recording::Recording;
-use fitter::statistics::PointMoments;
 
 /// Points of a drawn model curve.
 const CURVE: usize = 400;

@@ -1,9 +1,8 @@
 //! Confidence intervals of means, from the scatter of the readings of all points together.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
-
 use fitter::points::Points;
 use fitter::statistics::PointMoments;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Half the 95 % interval of every point's mean; blank where no point has two readings. The scatter of all points is
 /// taken together: that of a single one is known too poorly.

@@ -20,15 +20,14 @@ mod thin;
 mod turning;
 mod verification;
 
-use minijinja::{Environment, context};
-use serde::Serialize;
-
+use fitter::Fit;
 use fitter::apply::ApplyError;
 use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;
 use fitter::faults::BadRow;
-use fitter::Fit;
 use fitter::recording::Recording;
+use minijinja::{Environment, context};
+use serde::Serialize;
 
 pub use after::{Corrected, PointErrors};
 pub use cells::{Cell, Map};

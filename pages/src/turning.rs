@@ -2,11 +2,12 @@
 
 use std::f64::consts::TAU;
 
+use fitter::Fit;
+use fitter::figures::NORMAL_95;
+
 use super::chart::{Chart, Mark, Series};
 use super::colour::Colour;
 use super::{Figure, digits, figures, polar};
-use fitter::figures::NORMAL_95;
-use fitter::Fit;
 
 /// Points of the model's curve around the turn.
 const AROUND: usize = 360;

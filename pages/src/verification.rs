@@ -1,12 +1,13 @@
 //! The figures of what the correction leaves: pass by pass, point by point.
 
+use fitter::coefficients::Coefficients;
+
 use super::after::Corrected;
 use super::chart::{Chart, Mark, Series};
 use super::colour::Colour;
 use super::distribution::distribution;
 use super::interval::half_of;
 use super::{Figure, angle_unit, digits};
-use fitter::coefficients::Coefficients;
 
 /// Readings of a pass, and of all, up to which those of a pass are joined by a line: beyond, lines hide each other.
 const JOINED: (usize, usize) = (120, 1500);

@@ -13,8 +13,8 @@ use diagnosis::observe::{Simulated, Wanted};
 use diagnosis::{Diagnosis, Options, Outcome, diagnose, effects, report, simulated};
 use fitter::output::FileSet;
 use fitter::recording::{Note, Purpose, Reading};
-use pages::Beside;
 use fitter::{Mirror, Recording, Sensor, text_safety};
+use pages::Beside;
 use rayon::prelude::*;
 
 use crate::fit::MapArgs;

@@ -20,8 +20,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use codegen::refused;
 use fitter::output::FileSet;
-use pages::Beside;
 use fitter::text_safety;
+use pages::Beside;
 
 use crate::diagnose::threads;
 use crate::fit::MapArgs;

@@ -3,8 +3,8 @@
 use diagnosis::fleet::FALSE_ALARMS;
 use diagnosis::report::{probability, without_unit};
 use fitter::figures::{figure, with_interval};
-use pages::{Beside, Chart, Colour, Figure, Mark, Series, environment};
 use minijinja::{Value, context};
+use pages::{Beside, Chart, Colour, Figure, Mark, Series, environment};
 
 use super::results::Results;
 use super::summary::{LEFT, Parameter, Summary};

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use codegen::refused;
 use fitter::table::Cells;
-use parquet_tables::dataset::{Columns, Dataset};
 use fitter::{Recording, RecordingError, text_safety};
+use parquet_tables::dataset::{Columns, Dataset};
 use rayon::prelude::*;
 
 use super::answer::{Answer, Asked, Unit};

@@ -25,9 +25,11 @@ mod stepwise;
 use fitter::{Mirror, Recording};
 use numerics::parallel;
 
-use crate::diagnosis::{Options, Outcome, diagnose};
+use crate::diagnosis::{Options, diagnose};
 use crate::effects::catalogue;
 use crate::error::DiagnosisError;
+use crate::observe::observe;
+use crate::screened::Screened;
 use crate::thresholds::compare::LEAST_COMMON;
 
 pub use answer::{Change, Compared, Comparison, HeldOut, Kind, Points, Side, Visible};
@@ -45,24 +47,34 @@ pub fn compare(
     mirror: &Mirror,
     options: &Options,
 ) -> Result<Compared, DiagnosisError> {
+    overlap(then, now, mirror, options)?;
     let (a, b) = parallel::join(
         || diagnose(then, mirror, None, None, options),
         || diagnose(now, mirror, None, None, options),
     );
     let mut outcomes = [a?, b?];
-    overlap(&outcomes, now)?;
     let catalogue = [&catalogue(&mirror.sensor)[..], &options.declared].concat();
     let beyond = outcomes.each_mut().map(|outcome| take_forms_for_effects(outcome, &catalogue));
     Ok(Pair::new(&outcomes, beyond).compared(&catalogue))
 }
 
-/// Refuses recordings of different stretches.
-fn overlap(outcomes: &[Outcome; 2], now: &Recording) -> Result<(), DiagnosisError> {
-    let [(a, b), (c, d)] = [outcomes[0].rows.stroke(), outcomes[1].rows.stroke()];
+/// Refuses recordings of different stretches, before they are diagnosed.
+fn overlap(
+    then: &Recording,
+    now: &Recording,
+    mirror: &Mirror,
+    options: &Options,
+) -> Result<(), DiagnosisError> {
+    let rows = |recording| {
+        let screened = Screened::of(recording, mirror, None, None)?;
+        observe(screened.parts().0.recording, mirror, None, options.base)
+    };
+    let [before, after] = [rows(then)?, rows(now)?];
+    let [(a, b), (c, d)] = [before.stroke(), after.stroke()];
     if b.min(d) - a.max(c) >= LEAST_COMMON * (b - a).min(d - c) {
         return Ok(());
     }
-    let unit = &outcomes[0].rows.unit;
+    let unit = &before.unit;
     Err(DiagnosisError::NoCommonRange {
         file: now.file.clone(),
         found: format!("{c:.4} to {d:.4} {unit}"),

@@ -1,7 +1,7 @@
 //! Charts of the residual before and after.
 
-use pages::{Chart, Colour, Figure, Mark, Series};
 use numerics::{mean, range};
+use pages::{Chart, Colour, Figure, Mark, Series};
 
 use super::readable;
 use crate::diagnosis::Outcome;

@@ -1,9 +1,9 @@
 //! The page of two recordings that were compared.
 
 use fitter::figures;
-use pages::{Beside, Chart, Colour, Figure, Mark, Series, environment};
 use minijinja::context;
 use numerics::{mean, range};
+use pages::{Beside, Chart, Colour, Figure, Mark, Series, environment};
 
 use super::{digits, figure, probability, readable, typeset};
 use crate::compare::{Comparison, Estimate, Kind, Points};

@@ -3,8 +3,8 @@
 
 use std::fmt::Write;
 
-use pages::Colour;
 use numerics::range;
+use pages::Colour;
 
 use super::{digits, readable};
 use crate::diagnosis::Outcome;

@@ -12,8 +12,8 @@ mod traces;
 pub use compare::{compared, of_comparison};
 use fitter::figures;
 use fitter::plant::Kind;
-use pages::{Beside, Figure, environment};
 use minijinja::{Value, context};
+use pages::{Beside, Figure, environment};
 use serde::Serialize;
 
 use crate::diagnosis::{Diagnosis, Outcome};

@@ -1,8 +1,8 @@
 //! What an effect of one column without memory adds, over that column: the residual with the effect's own part (the partial
 //! residual), and the effect with its band.
 
-use pages::{Chart, Colour, Figure, Mark, Series};
 use numerics::centred;
+use pages::{Chart, Colour, Figure, Mark, Series};
 
 use super::readable;
 use crate::diagnosis::{FoundTerm, Outcome};

@@ -81,6 +81,8 @@ fn directions_and_comments_are_understood() {
 fn read(path: &Path, map: &[&str], sensor: Option<&Sensor>) -> Result<Recording, fitter::RecordingError> {
     let mappings: Vec<Mapping> = map.iter().map(|map| map.parse().unwrap()).collect();
     let reading = Reading { purpose: Purpose::Fit, mappings: &mappings, sensor };
+    // As the program does.
+    parquet_tables::register();
     Recording::read_as(path, &reading, &mut |_| {})
 }
 
