@@ -8,6 +8,7 @@ use crate::message::FileLine;
 use crate::text_safety;
 
 /// What stands in a cell.
+#[derive(Debug, Clone, Copy)]
 pub enum Cell<'a> {
     /// Nothing.
     Blank,
@@ -61,6 +62,9 @@ pub struct Columns {
 
 impl Columns {
     /// Understands a header whose names in the file are `names` and which stands at `at`.
+    ///
+    /// # Errors
+    /// [`RecordingError`] of too many columns, of names, and those of `uses`.
     pub fn new(
         file: &str,
         at: FileLine,
@@ -89,7 +93,7 @@ impl Columns {
     }
 
     /// Number of columns of a row.
-    pub fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.columns.len()
     }
 
@@ -100,6 +104,9 @@ impl Columns {
     }
 
     /// Takes the cell of column `index` on `line`; `text` is how it is printed.
+    ///
+    /// # Errors
+    /// [`RecordingError`] of a cell that does not hold what its column needs.
     pub fn cell(
         &mut self,
         line: u64,
@@ -115,7 +122,12 @@ impl Columns {
 
     /// Takes a column of numbers that lie in memory, the first of which stands on line `first`. They are copied only where
     /// they are converted.
-    pub fn numbers(&mut self, first: u64, index: usize, numbers: Values) -> Result<(), RecordingError> {
+    pub(super) fn numbers(
+        &mut self,
+        first: u64,
+        index: usize,
+        numbers: Values,
+    ) -> Result<(), RecordingError> {
         let blank = self.columns[index].used == Use::Optional;
         let converted = self.columns[index].conversion.is_some();
         for (line, value) in (first..).zip(&numbers) {
@@ -187,12 +199,15 @@ impl Columns {
     }
 
     /// The refusal of a cell whose number has a point where the file has a decimal comma.
-    pub fn decimal_sign(&self, line: u64, index: usize, text: &[u8]) -> RecordingError {
+    pub(super) fn decimal_sign(&self, line: u64, index: usize, text: &[u8]) -> RecordingError {
         let place = self.header.place(line, &self.header.names[index]);
         RecordingError::DecimalSign { place, found: text_safety::cell(text) }
     }
 
-    /// The table, once all rows are in.
+    /// The table, once all rows are in. Its hash is blank.
+    ///
+    /// # Errors
+    /// [`RecordingError::NoRows`].
     pub fn finish(self, dialect: Dialect) -> Result<Table, RecordingError> {
         let Columns { header, columns, lines, rows, decimals, rounding_factor } = self;
         if rows == 0 {

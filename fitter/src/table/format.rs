@@ -31,3 +31,40 @@ pub(super) fn reader(head: &[u8]) -> Option<Read> {
     let added = ADDED.read().unwrap_or_else(PoisonError::into_inner);
     added.iter().find(|format| head == format.begins_with).map(|format| format.read)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read as _;
+
+    use super::super::{Cell, Columns, Dialect, Header, Use};
+    use super::*;
+
+    /// Two columns of bytes, after four that say what it is.
+    fn pairs(file: &str, mut source: File, naming: &Naming, uses: &Uses) -> Result<Table, RecordingError> {
+        let mut bytes = Vec::new();
+        source.read_to_end(&mut bytes).unwrap();
+        let names = vec!["t_s".to_string(), "angle_deg".to_string()];
+        let mut columns = Columns::new(file, (file.to_string(), None), names, naming, uses)?;
+        for (line, row) in (1..).zip(bytes[4..].chunks(2)) {
+            for (index, value) in row.iter().enumerate() {
+                columns.cell(line, index, Cell::Number((*value).into()), || value.to_string())?;
+            }
+            columns.row(line);
+        }
+        columns.finish(Dialect::PLAIN)
+    }
+
+    #[test]
+    fn a_format_is_read_once_it_is_added() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bytes.pairs");
+        std::fs::write(&path, b"\x7fpr1\x00\x07\x01\x09").unwrap();
+        let uses = |header: &Header| Ok(vec![Use::Needed; header.names.len()]);
+        let read = || Table::read(&path, &Naming::default(), &uses, &mut |_| {});
+        read().unwrap_err();
+        add_format(Format { begins_with: *b"\x7fpr1", read: pairs });
+        let table = read().unwrap();
+        assert_eq!(&table.columns[1].values[..], [7.0, 9.0]);
+        assert_eq!((table.rows, table.sha256.len()), (2, 64));
+    }
+}
