@@ -5,7 +5,8 @@ use crate::weights::{Scatter, Variance};
 
 pub use crate::coefficients::{PointStatistics, Spread, Statistics};
 
-/// Mean and sum of squared deviations of each point's values (Welford's recurrence).
+/// Mean and sum of squared deviations of each point's values, in their unit (Welford's recurrence).
+#[derive(Debug, Clone)]
 pub struct PointMoments {
     /// One mean for each point.
     pub mean: Vec<f64>,

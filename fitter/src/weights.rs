@@ -11,7 +11,8 @@ use crate::statistics::readable;
 
 pub use crate::coefficients::Scatter;
 
-/// Variance of each point with its degrees of freedom.
+/// Variance of the values of a point, in their unit squared, with its degrees of freedom.
+#[derive(Debug, Clone, Copy)]
 pub struct Variance {
     /// Zero without degrees of freedom.
     pub value: f64,

@@ -16,10 +16,10 @@ use fitter::output::FileSet;
 use fitter::plant::{Kind, PlantFile};
 use fitter::recording::Mapping;
 use fitter::text_safety;
+use pages::Beside;
 use rayon::prelude::*;
 
 use crate::next;
-use pages::Beside;
 
 use super::{Arguments, all, known, one_simulation, stems, tell, tell_times};
 use crate::terminal::{Common, Result};

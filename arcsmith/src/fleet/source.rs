@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use codegen::refused;
 use fitter::table::Cells;
 use fitter::{Recording, RecordingError, text_safety};
-use parquet_tables::dataset::{Columns, Dataset};
+use parquet_tables::dataset::{Columns, Dataset, DatasetError};
 use rayon::prelude::*;
 
 use super::answer::{Answer, Asked, Unit};
@@ -87,9 +87,7 @@ impl Source {
         let files = if data.is_dir() { parquet_files(data)? } else { vec![data.to_owned()] };
         let beside: Vec<&str> = [columns.lot, columns.time].into_iter().flatten().collect();
         if files.is_empty() {
-            return Err(
-                parquet_tables::dataset::DatasetError::NoFile { folder: text_safety::path(data) }.into()
-            );
+            return Err(DatasetError::NoFile { folder: text_safety::path(data) }.into());
         }
         let dataset = Dataset::open(files, unit, &beside)?;
         let mut units = Vec::new();

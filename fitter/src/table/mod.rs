@@ -1,5 +1,5 @@
-//! A table of numbers as a file holds it: columns by name, out of CSV in its dialects, gzip or a [`Format`] that was added; or as another
-//! program holds it in memory.
+//! A table of numbers as a file holds it: columns by name, out of CSV in its dialects, packed or not, or out of another
+//! [`Format`] that a program added; or as another program holds it in memory.
 //!
 //! This is the one reader of recordings. What a column means is not known here: a kind of recording says of each column
 //! of a header how it is used ([`Use`]), and takes what was read.

@@ -13,8 +13,9 @@ use crate::input;
 use crate::text_safety;
 
 impl Table {
-    /// Reads the file at `path`; gzip is known by its name or its first bytes, a
-    /// format that was added ([`add_format`](super::add_format)) by its first bytes. `uses` says which columns are taken, and `progress` is told the number of bytes read so far.
+    /// Reads the file at `path`; gzip is known by its name or its first bytes, a format that was added
+    /// ([`add_format`](super::add_format)) by its first bytes. `uses` says which columns are taken, and `progress` is called
+    /// with the number of bytes read so far.
     ///
     /// # Errors
     /// One of [`RecordingError`], with the line and the column where there is one.
