@@ -156,6 +156,31 @@ fn bessel_i0(x: f64) -> f64 {
     sum
 }
 
+/// One cubic per sample interval of a band-limited drive, to the last sample: through the samples at its ends, with the area
+/// under the drive and its first moment. A mechanism that is slow beside the interval feels no more of the drive than these.
+pub fn band_limited_cubics(samples: &[f64], edge: Edge) -> Vec<[f64; 4]> {
+    if samples.is_empty() {
+        return Vec::new();
+    }
+    let dense = oversampled(samples, edge);
+    (0..samples.len() - 1)
+        .map(|k| {
+            let values = &dense[k * OVERSAMPLING..=(k + 1) * OVERSAMPLING];
+            let (from, rise) = (values[0], values[OVERSAMPLING] - values[0]);
+            // What departs from the chord, by Simpson's rule, is s (1 − s) (α + β (2 s − 1)).
+            let (mut area, mut moment) = (0.0, 0.0);
+            for (i, value) in values.iter().enumerate().take(OVERSAMPLING).skip(1) {
+                let s = i as f64 / OVERSAMPLING as f64;
+                let weight = if i % 2 == 1 { 4.0 } else { 2.0 } / (3 * OVERSAMPLING) as f64;
+                area += weight * (value - from - rise * s);
+                moment += weight * (value - from - rise * s) * (s - 0.5);
+            }
+            let (alpha, beta) = (6.0 * area, 60.0 * moment);
+            [from, rise + alpha - beta, 3.0 * beta - alpha, -2.0 * beta]
+        })
+        .collect()
+}
+
 /// Cubic pieces through the values with slopes of sixth order at each.
 fn cubic_pieces(values: &[f64]) -> Vec<[f64; 4]> {
     let last = values.len() - 1;
@@ -199,6 +224,25 @@ mod tests {
         assert_eq!(straight.at(0.5, 0.75), Flow { value: 3.0, rate: -2.0 });
         assert_eq!(straight.at(-1.0, -1.0).value, 1.0);
         assert_eq!(straight.at(9.0, 9.0).value, 2.0);
+    }
+
+    #[test]
+    fn one_cubic_per_interval_has_the_area_and_the_moment_of_the_sine() {
+        let omega = std::f64::consts::TAU * 0.35;
+        let samples: Vec<f64> = (0..200).map(|k| (omega * f64::from(k)).sin()).collect();
+        let cubics = band_limited_cubics(&samples, Edge::Reflected);
+        assert_eq!(cubics.len(), 199);
+        for (k, [a, b, c, d]) in cubics.into_iter().enumerate().take(150).skip(50) {
+            assert_eq!(a, samples[k]);
+            assert!((a + b + c + d - samples[k + 1]).abs() < 1e-12);
+            let [from, to] = [k as f64, k as f64 + 1.0].map(|t| omega * t);
+            let area = (from.cos() - to.cos()) / omega;
+            assert!((a + b / 2.0 + c / 3.0 + d / 4.0 - area).abs() < 2e-4, "{k}");
+            // The integral of s sin ω(k + s), by parts.
+            let moment = (to.sin() - from.sin()) / (omega * omega) - to.cos() / omega;
+            assert!((a / 2.0 + b / 3.0 + c / 4.0 + d / 5.0 - moment).abs() < 2e-4, "{k}");
+        }
+        assert!(band_limited_cubics(&[], Edge::Reflected).is_empty());
     }
 
     #[test]

@@ -1,7 +1,8 @@
-//! The drive between its samples: held, straight, or band-limited by a cubic spline.
+//! The drive between its samples: held, straight, or band-limited.
 
 use fitter::plant::Hold;
 use motion::equations::Input;
+use motion::signal::{Edge, band_limited_cubics};
 use physics::number::Number;
 
 use super::span::Span;
@@ -34,7 +35,11 @@ impl Signal {
         let cubics: Vec<[f64; 4]> = match hold {
             Hold::ZeroOrder => samples.iter().map(|u| [*u, 0.0, 0.0, 0.0]).collect(),
             Hold::FirstOrder => (0..n).map(|k| [samples[k], next(k) - samples[k], 0.0, 0.0]).collect(),
-            Hold::BandLimited => spline(samples),
+            Hold::BandLimited => {
+                let mut cubics = band_limited_cubics(samples, Edge::Reflected);
+                cubics.extend(samples.last().map(|last| [*last, 0.0, 0.0, 0.0]));
+                cubics
+            }
         };
         Signal { cubics, lead, step_s }
     }
@@ -116,36 +121,6 @@ fn along<T: Number>([a, b, c, d]: [T; 4], s: T, length: T) -> [T; 4] {
     ]
 }
 
-/// The natural cubic spline; what its ends are wrong by has died out after a few samples.
-fn spline(samples: &[f64]) -> Vec<[f64; 4]> {
-    let n = samples.len();
-    if n < 3 {
-        return samples.iter().map(|u| [*u, 0.0, 0.0, 0.0]).collect();
-    }
-    // Second derivatives m: m[k−1] + 4 m[k] + m[k+1] = 6 (u[k−1] − 2 u[k] + u[k+1]), m = 0 at the ends.
-    let mut second = vec![0.0; n];
-    let mut upper = vec![0.0; n];
-    for k in 1..n - 1 {
-        let right = 6.0 * (samples[k - 1] - 2.0 * samples[k] + samples[k + 1]);
-        let pivot = 4.0 - upper[k - 1];
-        upper[k] = 1.0 / pivot;
-        second[k] = (right - second[k - 1]) / pivot;
-    }
-    for k in (1..n - 1).rev() {
-        second[k] -= upper[k] * second[k + 1];
-    }
-    (0..n)
-        .map(|k| {
-            if k + 1 == n {
-                return [samples[k], 0.0, 0.0, 0.0];
-            }
-            let (m0, m1) = (second[k], second[k + 1]);
-            let rise = samples[k + 1] - samples[k];
-            [samples[k], rise - (2.0 * m0 + m1) / 6.0, 0.5 * m0, (m1 - m0) / 6.0]
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,15 +132,6 @@ mod tests {
 
     fn at<T: Number>(cubic: [T; 4], r: f64) -> T {
         along(cubic, T::from_f64(r), T::from_f64(1.0))[0]
-    }
-
-    #[test]
-    fn a_spline_follows_a_sine_between_its_samples() {
-        let signal = Signal::new(&sine(60), 0, 1.0, Hold::BandLimited);
-        for k in 10..50 {
-            let x = k as f64 + 0.5;
-            assert!((at(signal.piece(k, 0.25, 0.5), 0.5) - (0.4 * x).sin()).abs() < 2e-4);
-        }
     }
 
     #[test]
