@@ -8,8 +8,8 @@ use crate::dynamic::model::{Model, Term};
 use crate::thresholds::dynamic::search::exchange::{CLOSE, STRONG};
 
 impl Search<'_> {
-    /// The model without terms that all rows together drive to where they are no physics, and with an effect in the
-    /// place of another where that does better then.
+    /// The model without terms that all rows together drive to where they are no physics, with what they are easily taken
+    /// for in their place, or with one delay or lag in that of another, where that does better then.
     pub fn settled(&self, chosen: Fitted) -> Fitted {
         let mut chosen = chosen;
         for _ in 0..MOST_EXCHANGES {
@@ -21,7 +21,8 @@ impl Search<'_> {
             };
             let Some(shorter) = self.fit(&chosen.model.without(k), &chosen.states) else { break };
             let shorter = self.best_hold(shorter, FIT_ROWS);
-            let others = self.near(&shorter, |t, _| t.effect.is_late());
+            let mut others = self.near(&shorter, |t, _| t.effect.is_late());
+            others.extend(self.worthy(&shorter, self.instead_of(&chosen.model.terms[k], &shorter)));
             chosen = others
                 .into_iter()
                 .map(|f| self.best_hold(f, FIT_ROWS))
@@ -30,22 +31,24 @@ impl Search<'_> {
         chosen
     }
 
-    /// A better model with a delay or lag in the place of another, or without a term that others have driven to
-    /// where it is no physics (a delay before its cause): to first order the three are one, which was taken was
-    /// decided beside less, and a later term may be there only to mend it.
+    /// A better model in place of one with delays or lags, or with terms that others have driven to where they are no physics
+    /// (a delay before its cause, friction that is less at rest): with what such a term is easily taken for in its place, or
+    /// without it, the drive running otherwise between the samples. To first order delay, lag and that are one; which was
+    /// taken was decided beside less, and a later term may be there only to mend it.
     pub(super) fn exchanged(&self, present: &Fitted) -> Option<Fitted> {
         let terms = &present.model.terms[self.given..];
-        let unsound: Vec<usize> = (0..terms.len()).filter(|k| !Model::sound(&terms[*k], self.data)).collect();
-        let lags = terms.iter().any(|t| t.effect.is_late());
-        if unsound.is_empty() && (terms.len() < 2 || !lags) {
+        let sound = |t: &Term| Model::sound(t, self.data);
+        let doubtful = |t: &Term| t.effect.is_late() || !sound(t);
+        let unsound = !terms.iter().all(sound);
+        if !unsound && (terms.len() < 2 || !terms.iter().any(doubtful)) {
             return None;
         }
         let mut others: Vec<Fitted> = self
-            .near(present, |t, _| t.effect.is_late())
+            .near(present, |t, _| doubtful(t))
             .into_iter()
             .map(|f| self.pruned(self.best_hold(f, FIT_ROWS)))
             .collect();
-        others.extend(unsound.iter().filter_map(|k| {
+        others.extend((0..terms.len()).filter(|k| doubtful(&terms[*k])).filter_map(|k| {
             let shorter = self.fit(&present.model.without(self.given + k), &present.states)?;
             Some(self.best_hold(shorter, FIT_ROWS))
         }));
@@ -55,8 +58,7 @@ impl Search<'_> {
             let close = f.costs[CHOOSE] < CLOSE * present.costs[CHOOSE];
             let simpler = fewer > 0.0 && lost < 2.0 + 4.0 * fewer;
             let nearer = fewer >= 0.0 && lost < -LEAST_GAIN && gain(f, present, FIT_ROWS) < -LEAST_GAIN;
-            f.model.terms[self.given..].iter().all(|t| Model::sound(t, self.data))
-                && (simpler || nearer || (!unsound.is_empty() && close))
+            f.model.terms[self.given..].iter().all(sound) && (simpler || nearer || (unsound && close))
         };
         others.retain(better);
         others.into_iter().min_by(|a, b| {
@@ -80,12 +82,103 @@ impl Search<'_> {
             if !may(&chosen.model.terms[k], without.costs[CHOOSE] / chosen.costs[CHOOSE]) {
                 continue;
             }
-            let ids = chosen.model.terms[k].effect.confused_with;
-            let catalogue = self.catalogue.iter().copied().filter(|e| ids.contains(&e.id)).collect();
-            let contenders = Search { data: self.data, catalogue, given: self.given }
-                .contenders(std::slice::from_ref(&without));
-            near.extend(contenders.into_iter().filter(|f| f.costs[CHOOSE] < CLOSE * chosen.costs[CHOOSE]));
+            let others = self.instead_of(&chosen.model.terms[k], &without).into_iter();
+            near.extend(others.filter(|f| f.costs[CHOOSE] < CLOSE * chosen.costs[CHOOSE]));
         }
         near
+    }
+
+    /// What a term is easily taken for, beside the model without it.
+    fn instead_of(&self, term: &Term, without: &Fitted) -> Vec<Fitted> {
+        let ids = term.effect.confused_with;
+        let catalogue = self.catalogue.iter().copied().filter(|e| ids.contains(&e.id)).collect();
+        Search { data: self.data, catalogue, given: self.given }.contenders(std::slice::from_ref(without))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fitter::plant::Hold;
+
+    use super::*;
+    use crate::dynamic::DynamicRecording;
+    use crate::dynamic::data::{ALL, Data};
+    use crate::dynamic::effects::effect;
+    use crate::dynamic::estimate::Simulated;
+
+    const ROWS: usize = 4096;
+    const NOISE: f64 = 1.0;
+    /// Resonance at 32 Hz, sampled at 1 kHz.
+    const NOMINAL: [f64; 3] = [40.0, 4e4, 4e8];
+
+    /// A recording of a mechanism along a random drive, which keeps its value for eight samples.
+    fn recorded(truth: &Model) -> DynamicRecording {
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let values: Vec<f64> = (0..ROWS / 8).map(|_| random()).collect();
+        let drive: Vec<f64> = (0..ROWS).map(|k| values[k / 8]).collect();
+        let mut recording = DynamicRecording {
+            further: Vec::new(),
+            file: String::new(),
+            sha256: String::new(),
+            step_s: 1e-3,
+            t_s: (0..ROWS).map(|k| k as f64 * 1e-3).collect::<Vec<_>>().into(),
+            drives: vec![drive.into()],
+            // A simulation may run as far.
+            positions: vec![vec![1e6; ROWS].into()],
+            runs: vec![0..ROWS; 1],
+            period: None,
+            amplitude: None,
+            command: None,
+            bad_rows: Vec::new(),
+            notes: Vec::new(),
+        };
+        let clean = truth.positions(&[[0.0; 2]], &Data::new(&recording)).unwrap();
+        recording.positions = vec![clean.iter().map(|x| x + NOISE * 12f64.sqrt() * random()).collect()];
+        recording
+    }
+
+    fn term(id: &str, parameters: &[f64]) -> Term {
+        Term::new(effect(id).unwrap(), parameters.to_vec())
+    }
+
+    fn ids(fitted: &Fitted) -> Vec<&str> {
+        fitted.model.terms.iter().map(|t| t.effect.id).collect()
+    }
+
+    #[test]
+    fn friction_that_is_no_physics_gives_way_to_what_it_was_taken_for() {
+        let friction = 3e7;
+        let plain = Model::nominal(NOMINAL, Hold::ZeroOrder);
+        let recording = recorded(&plain.with(term("coulomb_friction", &[friction, 1.0])));
+        let data = Data::new(&recording);
+        let search = Search::new(&data, &[], 0);
+        // Its speed lies where no mechanism moves.
+        let mut stribeck = term("stribeck_friction", &[friction, 0.0, 1e30, 1.0, 2.0]);
+        stribeck.free = vec![true, false, false, false, false];
+        assert!(!Model::sound(&stribeck, &data));
+        let chosen = search.fit(&plain.with(stribeck), &data.first_states()).unwrap();
+        let settled = search.settled(chosen);
+        assert_eq!(ids(&settled), ["coulomb_friction"]);
+        assert!(settled.rms(ALL) < 1.05 * NOISE, "{}", settled.rms(ALL));
+    }
+
+    #[test]
+    fn a_held_drive_makes_a_delay_beside_a_lag_needless() {
+        let plain = |hold| Model::nominal(NOMINAL, hold);
+        let recording = recorded(&plain(Hold::ZeroOrder).with(term("drive_lag", &[4e-4])));
+        let data = Data::new(&recording);
+        let search = Search::new(&data, &[], 0);
+        let two =
+            plain(Hold::FirstOrder).with(term("transport_delay", &[5e-4])).with(term("drive_lag", &[4e-4]));
+        let present = search.fit(&two, &data.first_states()).unwrap();
+        let exchanged = search.exchanged(&present).unwrap();
+        // To this recording a lag of the drive and one of the read-out are the same.
+        assert_eq!((exchanged.model.terms.len(), exchanged.model.hold), (1, Hold::ZeroOrder));
+        let lag_s = exchanged.model.terms[0].parameters[0];
+        assert!((lag_s / 4e-4 - 1.0).abs() < 0.02, "{lag_s}");
     }
 }
