@@ -92,12 +92,13 @@ pub struct Beside {
     pub written: Vec<String>,
 }
 
-/// Where pages are rendered: with the style that all share, and what stands beside. The templates are part of the program
+/// Where pages are rendered: with the head and the style that all share, and what stands beside. The templates are part of the program
 /// and rendered by tests: they cannot fail on other data.
 pub fn environment() -> Environment<'static> {
     let mut environment = Environment::new();
     for (name, part) in [
         ("style.css", include_str!("style.css")),
+        ("head.html", include_str!("head.html")),
         ("beside.html", include_str!("beside.html")),
         ("budget.html", include_str!("budget.html")),
     ] {
