@@ -142,8 +142,8 @@ pub struct DynamicEffect {
     pub starts: fn(&Scale) -> Vec<Vec<f64>>,
     /// Further ones, which a search along a recorded motion also tries.
     pub starts_along: fn(&Scale) -> Vec<Vec<f64>>,
-    /// Parameters from which a search starts where an effect, given by its id and parameters, was found that is a
-    /// special case of this one.
+    /// Parameters from which a search starts in the place of an effect, given by its id and parameters, that is a special case
+    /// of this one or, to the recording, nearly the same.
     pub starts_from: fn(&str, &[f64], &Scale) -> Vec<Vec<f64>>,
     /// The effect that it is where only its first amount is not zero.
     pub special_case: Option<&'static DynamicEffect>,

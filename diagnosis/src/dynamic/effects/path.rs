@@ -78,6 +78,7 @@ pub static TRANSPORT_DELAY: DynamicEffect = DynamicEffect {
     parameters: &[amount("delay_s", "s")],
     experiment: FASTER,
     plausible: |parameters, _| parameters[0] > 0.0,
+    starts_from: late_alike,
     ..DynamicEffect::USUAL
 };
 
@@ -95,6 +96,7 @@ pub static DRIVE_LAG: DynamicEffect = DynamicEffect {
     experiment: FASTER,
     starts: time_constants,
     plausible: |parameters, _| parameters[0] > 0.0,
+    starts_from: late_alike,
     ..DynamicEffect::USUAL
 };
 
@@ -112,8 +114,15 @@ pub static SENSOR_LAG: DynamicEffect = DynamicEffect {
     experiment: FASTER,
     starts: time_constants,
     plausible: |parameters, _| parameters[0] > 0.0,
+    starts_from: late_alike,
     ..DynamicEffect::USUAL
 };
+
+/// In the place of a delay or lag: as late as that.
+fn late_alike(other: &str, parameters: &[f64], _: &Scale) -> Vec<Vec<f64>> {
+    let late = [super::TRANSPORT_DELAY, super::DRIVE_LAG, SENSOR_LAG.id].contains(&other);
+    if late { vec![parameters.to_vec()] } else { Vec::new() }
+}
 
 /// Where the search for a time constant starts: in steps from row to row.
 fn time_constants(scale: &Scale) -> Vec<Vec<f64>> {

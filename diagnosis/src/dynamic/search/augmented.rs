@@ -58,6 +58,11 @@ pub trait Augmented: Simulated {
     /// A contender that was compared after a few steps, followed to the end.
     fn finished(search: &Search<Self>, fitted: Fitted<Self>) -> Option<Fitted<Self>>;
 
+    /// Models with an effect of the catalogue in the place of term `k`, begun from what that is.
+    fn replaced(_: &Search<Self>, _: &Fitted<Self>, _k: usize) -> Vec<Self> {
+        Vec::new()
+    }
+
     /// Further models beside an estimate that are fitted in full, given the terms that were tried beside it.
     fn further(_: &Search<Self>, _: &Fitted<Self>, _: &[Self::Term]) -> Vec<Self> {
         Vec::new()

@@ -64,6 +64,15 @@ impl<M: Augmented> Search<'_, M> {
         best_of_each(fits)
     }
 
+    /// Every effect in the place of term `k` of an estimate, beside the estimate without it or begun from what the term is.
+    pub fn in_place_of(&self, present: &Fitted<M>, k: usize, without: &Fitted<M>) -> Vec<Fitted<M>> {
+        let replaced = M::replaced(self, present, k);
+        let mut fits = parallel::filter_map(&replaced, |model| self.fit(model, &present.states));
+        fits.retain(|f| f.model.terms().last().is_some_and(|t| M::sound(t, self.data)));
+        fits.extend(self.contenders(std::slice::from_ref(without)));
+        best_of_each(fits)
+    }
+
     /// The starts that are worth an estimate in full: the best two of the effects that promise most, whitened and as they are.
     fn promising(&self, bases: &[Fitted<M>], candidates: &[Vec<M::Term>]) -> Vec<Promise> {
         let id = |p: &Promise| M::id(M::effect(&candidates[p.base][p.candidate]));

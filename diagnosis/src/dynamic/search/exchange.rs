@@ -22,7 +22,7 @@ impl Search<'_> {
             let Some(shorter) = self.fit(&chosen.model.without(k), &chosen.states) else { break };
             let shorter = self.best_hold(shorter, FIT_ROWS);
             let mut others = self.near(&shorter, |t, _| t.effect.is_late());
-            others.extend(self.worthy(&shorter, self.instead_of(&chosen.model.terms[k], &shorter)));
+            others.extend(self.worthy(&shorter, self.instead_of(&chosen, k, &shorter)));
             chosen = others
                 .into_iter()
                 .map(|f| self.best_hold(f, FIT_ROWS))
@@ -82,17 +82,17 @@ impl Search<'_> {
             if !may(&chosen.model.terms[k], without.costs[CHOOSE] / chosen.costs[CHOOSE]) {
                 continue;
             }
-            let others = self.instead_of(&chosen.model.terms[k], &without).into_iter();
+            let others = self.instead_of(chosen, k, &without).into_iter();
             near.extend(others.filter(|f| f.costs[CHOOSE] < CLOSE * chosen.costs[CHOOSE]));
         }
         near
     }
 
-    /// What a term is easily taken for, beside the model without it.
-    fn instead_of(&self, term: &Term, without: &Fitted) -> Vec<Fitted> {
-        let ids = term.effect.confused_with;
+    /// What term `k` is easily taken for, in its place.
+    fn instead_of(&self, chosen: &Fitted, k: usize, without: &Fitted) -> Vec<Fitted> {
+        let ids = chosen.model.terms[k].effect.confused_with;
         let catalogue = self.catalogue.iter().copied().filter(|e| ids.contains(&e.id)).collect();
-        Search { data: self.data, catalogue, given: self.given }.contenders(std::slice::from_ref(without))
+        Search { data: self.data, catalogue, given: self.given }.in_place_of(chosen, k, without)
     }
 }
 

@@ -80,8 +80,21 @@ impl Augmented for Model {
         fit_in(PATIENCE - HEAT, &fitted.model, &fitted.states, search.data, FIT_ROWS)
     }
 
+    fn replaced(search: &Search<Model>, present: &Fitted<Model>, k: usize) -> Vec<Model> {
+        let (term, mut models) = (&present.model.terms[k], Vec::new());
+        for effect in search.catalogue.iter().filter(|e| !present.model.has(e.id)) {
+            let starts = (effect.starts_from)(term.effect.id, &term.parameters, &search.data.scale);
+            let other = |start| present.model.without(k).with(Term::new(effect, start));
+            models.extend(starts.into_iter().map(other));
+        }
+        models
+    }
+
+    /// Beside nothing an effect that holds another as a special case is sought from zero, where its shape means nothing, and
+    /// may run to where it is no physics: it is tried in the place of that.
     fn further(search: &Search<Model>, present: &Fitted<Model>, candidates: &[Term]) -> Vec<Model> {
-        [late(present, candidates), search.widened(present)].concat()
+        let terms = search.given..present.model.terms.len();
+        terms.flat_map(|k| Model::replaced(search, present, k)).chain(late(present, candidates)).collect()
     }
 }
 
@@ -129,20 +142,6 @@ impl<'a> Search<'a> {
     /// The model fitted to all rows.
     pub fn complete(&self, chosen: &Fitted) -> Fitted {
         fit(&chosen.model, &chosen.states, self.data, ALL).unwrap_or_else(|| chosen.clone())
-    }
-
-    /// Effects in the place of those that they hold as a special case. Beside nothing such an effect is sought from
-    /// zero, where its shape means nothing, and may run to where it is no physics.
-    fn widened(&self, present: &Fitted) -> Vec<Model> {
-        let mut models = Vec::new();
-        for (k, term) in present.model.terms.iter().enumerate().skip(self.given) {
-            for effect in self.catalogue.iter().filter(|e| !present.model.has(e.id)) {
-                let starts = (effect.starts_from)(term.effect.id, &term.parameters, &self.data.scale);
-                let wider = |start| present.model.without(k).with(Term::new(effect, start));
-                models.extend(starts.into_iter().map(wider));
-            }
-        }
-        models
     }
 
     /// The model with the best way of running between the samples.

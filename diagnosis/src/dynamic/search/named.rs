@@ -38,7 +38,7 @@ impl<M: Augmented> Search<'_, M> {
         let without = found.model.without(k).and_then(|model| refit(&model));
         let Some((with, without)) = refit(&found.model).zip(without) else { return Vec::new() };
         let mut near: Vec<(f64, String)> = rivals
-            .contenders(&[without])
+            .in_place_of(found, k, &without)
             .iter()
             .map(|f| (gain(f, &with, FIT_ROWS), last_id(f).to_string()))
             .filter(|(behind, _)| *behind < margin)
