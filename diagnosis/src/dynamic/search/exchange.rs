@@ -40,7 +40,7 @@ impl Search<'_> {
         let sound = |t: &Term| Model::sound(t, self.data);
         let doubtful = |t: &Term| t.effect.is_late() || !sound(t);
         let unsound = !terms.iter().all(sound);
-        if !unsound && (terms.len() < 2 || !terms.iter().any(doubtful)) {
+        if !terms.iter().any(doubtful) {
             return None;
         }
         let mut others: Vec<Fitted> = self

@@ -83,9 +83,12 @@ impl Augmented for Model {
     fn replaced(search: &Search<Model>, present: &Fitted<Model>, k: usize) -> Vec<Model> {
         let (term, mut models) = (&present.model.terms[k], Vec::new());
         for effect in search.catalogue.iter().filter(|e| !present.model.has(e.id)) {
-            let starts = (effect.starts_from)(term.effect.id, &term.parameters, &search.data.scale);
-            let other = |start| present.model.without(k).with(Term::new(effect, start));
-            models.extend(starts.into_iter().map(other));
+            for start in (effect.starts_from)(term.effect.id, &term.parameters, &search.data.scale) {
+                let model = present.model.without(k).with(Term::new(effect, start));
+                // How late a drive is depends on how it runs between the samples.
+                let holds = HOLDS.into_iter().filter(|hold| effect.is_late() || *hold == model.hold);
+                models.extend(holds.map(|hold| Model { hold, ..model.clone() }));
+            }
         }
         models
     }
