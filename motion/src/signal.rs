@@ -156,8 +156,9 @@ fn bessel_i0(x: f64) -> f64 {
     sum
 }
 
-/// One cubic per sample interval of a band-limited drive, to the last sample: through the samples at its ends, with the area
-/// under the drive and its first moment. A mechanism that is slow beside the interval feels no more of the drive than these.
+/// A band-limited drive by one cubic per interval between its samples, one fewer than these: coefficients of 1, s, s², s³ with
+/// s from 0 to 1, in the unit of the drive. Each goes through the samples at its ends and has the area and the first moment of
+/// the windowed sinc; a mechanism that is slow beside the interval responds to these alone.
 pub fn band_limited_cubics(samples: &[f64], edge: Edge) -> Vec<[f64; 4]> {
     if samples.is_empty() {
         return Vec::new();

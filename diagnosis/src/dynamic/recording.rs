@@ -63,6 +63,27 @@ pub struct DynamicRecording {
 }
 
 impl DynamicRecording {
+    /// One run of one axis, of which nothing else is known.
+    #[cfg(test)]
+    pub(super) fn made(step_s: f64, drive: Vec<f64>, position: Vec<f64>) -> DynamicRecording {
+        let rows = drive.len();
+        DynamicRecording {
+            file: String::new(),
+            sha256: String::new(),
+            step_s,
+            t_s: (0..rows).map(|k| k as f64 * step_s).collect::<Vec<_>>().into(),
+            drives: vec![drive.into()],
+            positions: vec![position.into()],
+            further: Vec::new(),
+            runs: vec![0..rows; 1],
+            period: None,
+            amplitude: None,
+            command: None,
+            bad_rows: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
     /// Reads the recording at `path`; `-` is standard input.
     ///
     /// # Errors

@@ -78,25 +78,10 @@ mod tests {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
         };
-        let t_s: Vec<f64> = (0..ROWS).map(|k| k as f64 * 1e-3).collect();
-        let tone = |t: &f64| (std::f64::consts::TAU * frequency_hz * t).sin();
-        let drive = t_s.iter().map(|t| random() + in_drive * tone(t)).collect();
-        let position = t_s.iter().map(|t| random() + amplitude * tone(t)).collect();
-        DynamicRecording {
-            further: Vec::new(),
-            file: String::new(),
-            sha256: String::new(),
-            step_s: 1e-3,
-            t_s: t_s.into(),
-            drives: vec![drive],
-            positions: vec![position],
-            runs: vec![0..ROWS; 1],
-            period: None,
-            amplitude: None,
-            command: None,
-            bad_rows: Vec::new(),
-            notes: Vec::new(),
-        }
+        let tone = |k: usize| (std::f64::consts::TAU * frequency_hz * k as f64 * 1e-3).sin();
+        let drive = (0..ROWS).map(|k| random() + in_drive * tone(k)).collect();
+        let position = (0..ROWS).map(|k| random() + amplitude * tone(k)).collect();
+        DynamicRecording::made(1e-3, drive, position)
     }
 
     fn found(recording: &DynamicRecording) -> Option<Structure> {

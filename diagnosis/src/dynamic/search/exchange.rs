@@ -120,22 +120,8 @@ mod tests {
         };
         let values: Vec<f64> = (0..ROWS / 8).map(|_| random()).collect();
         let drive: Vec<f64> = (0..ROWS).map(|k| values[k / 8]).collect();
-        let mut recording = DynamicRecording {
-            further: Vec::new(),
-            file: String::new(),
-            sha256: String::new(),
-            step_s: 1e-3,
-            t_s: (0..ROWS).map(|k| k as f64 * 1e-3).collect::<Vec<_>>().into(),
-            drives: vec![drive.into()],
-            // A simulation may run as far.
-            positions: vec![vec![1e6; ROWS].into()],
-            runs: vec![0..ROWS; 1],
-            period: None,
-            amplitude: None,
-            command: None,
-            bad_rows: Vec::new(),
-            notes: Vec::new(),
-        };
+        // A simulation may run as far.
+        let mut recording = DynamicRecording::made(1e-3, drive, vec![1e6; ROWS]);
         let clean = truth.positions(&[[0.0; 2]], &Data::new(&recording)).unwrap();
         recording.positions = vec![clean.iter().map(|x| x + NOISE * 12f64.sqrt() * random()).collect()];
         recording
