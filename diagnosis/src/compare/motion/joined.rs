@@ -86,6 +86,8 @@ impl Pair<'_> {
             p_value,
             rms: None,
             parameters: match joint.ratio(solved, group) {
+                // Of what was not there nothing is so many times as large.
+                Some(_) if kind == Kind::Came => Vec::new(),
                 Some((ratio, error)) => vec![Quantity::ratio(id, ratio, interval(ratio, error))],
                 None => (joint.parameters(solved, group).iter())
                     .map(|moved| shown(quantity(&moved.then, &moved.now, moved.error)))

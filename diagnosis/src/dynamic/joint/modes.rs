@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use fitter::plant::Plant;
-use numerics::{Limits, Normal, Symmetric, parallel, rms};
+use numerics::{Limits, Normal, Symmetric, dot, parallel, rms};
 
 use super::expansion::{Evaluation, Expansion};
 use super::{Direction, Gradient, Group, Joint, Of, Side};
@@ -50,6 +50,8 @@ pub struct Structure<'a> {
     model: Looped,
     /// The parts, in the order of frequencies, and the numbers that they have in names.
     parts: Vec<(Part, usize)>,
+    /// What the loop adds to states and positions in the recording that shows more of it.
+    strength: Vec<f64>,
     /// Autoregression and variance of what is left, weighted as the stretches are.
     whitening: Vec<f64>,
     variance: f64,
@@ -69,7 +71,10 @@ pub fn joint<'a>(
     let stretches = [0, 1].map(|k| plans[k].chosen(recordings[k], FINAL_ROWS));
     let limits = Limits { steps: STEPS, decrease: DECREASE };
     let from = |first: usize| {
-        let fitted = sensitivity::fit(models[first], &stretches[1 - first], limits);
+        // Of a loop that the other recording does not show its own fit says where it is driven from.
+        let shown = models[1 - first].loops() > 0;
+        let start = if shown { models[first].clone() } else { models[first].of_strength(0.0) };
+        let fitted = sensitivity::fit(&start, &stretches[1 - first], limits);
         let mut both = [models[first].clone(), models[first].clone()];
         both[1 - first] = fitted;
         let cost = |k: usize| Some(sensitivity::cost(&both[k], &stretches[k])?.ln());
@@ -78,9 +83,11 @@ pub fn joint<'a>(
     let (a, b) = parallel::join(|| from(0), || from(1));
     let (_, both) = a.into_iter().chain(b).min_by(|a, b| a.0.total_cmp(&b.0))?;
     let parts = parts(&both[0]);
+    let [first, second] = both.each_ref().map(|model| [&model.e[..], &model.f].concat());
+    let strength = if dot(&first, &first) > dot(&second, &second) { first } else { second };
     let [then, now] = both;
     let side = |k: usize, model: Looped| {
-        Structure::of(recordings[k], plans[k].clone(), stretches[k].clone(), model, &parts)
+        Structure::of(recordings[k], plans[k].clone(), stretches[k].clone(), model, (&parts, &strength))
     };
     Some(Joint::new(side(0, then)?, side(1, now)?))
 }
@@ -143,7 +150,7 @@ impl<'a> Structure<'a> {
         plan: Plan,
         stretches: Vec<Stretch>,
         model: Looped,
-        parts: &[(Part, usize)],
+        (parts, strength): (&[(Part, usize)], &[f64]),
     ) -> Option<Structure<'a>> {
         let outputs = model.linear.outputs;
         let (mut left, mut runs) = (Vec::new(), Vec::new());
@@ -165,6 +172,7 @@ impl<'a> Structure<'a> {
             stretches,
             own: Expansion { cost: 0.0, pull: Vec::new(), information: Symmetric::zero(0) },
             parts: parts.to_vec(),
+            strength: strength.to_vec(),
             model,
             whitening,
             variance: 1.0,
@@ -238,7 +246,7 @@ impl<'a> Structure<'a> {
                 let mut lanes = (c + i * n..c + (i + 1) * n).chain(d + i * m..d + (i + 1) * m).chain(of_loop);
                 scaled(&mut lanes)
             }
-            Part::Hysteresis => scaled(&mut (e..e + n * q + lin.outputs * q)),
+            Part::Hysteresis => (e..).zip(self.strength.iter().copied()).collect(),
         }
     }
 }
@@ -339,10 +347,18 @@ impl Side for Structure<'_> {
         vec![(parameter, blocks.iter().flat_map(slopes).collect(), Sort::Amount)]
     }
 
-    fn ratio(&self, of: Of, _: &[f64], length: f64, error: f64) -> Option<(f64, f64)> {
+    fn ratio(&self, of: Of, then: &[f64], length: f64, error: f64) -> Option<(f64, f64)> {
         let Of::Structure(k) = of else { return None };
-        let has_none = !matches!(self.parts[k].0, Part::Frequency(_) | Part::Damping(_));
-        has_none.then_some((1.0 + length, error))
+        match self.parts[k].0 {
+            Part::Frequency(_) | Part::Damping(_) => None,
+            Part::Drive(_) | Part::Position(_) => Some((1.0 + length, error)),
+            Part::Hysteresis => {
+                let along: f64 =
+                    self.direction(&Part::Hysteresis).iter().map(|(lane, by)| then[*lane] * by).sum();
+                let had = along / dot(&self.strength, &self.strength);
+                Some((1.0 + length / had, error / had.abs()))
+            }
+        }
     }
 
     fn amounts(&self, of: Of) -> Vec<usize> {

@@ -99,6 +99,12 @@ impl Looped {
         Looped { linear, e, f, cz, dz, operator }
     }
 
+    /// The same structure with so many times what its loop adds.
+    pub fn of_strength(&self, part: f64) -> Looped {
+        let scaled = |values: &[f64]| values.iter().map(|value| part * value).collect();
+        Looped { e: scaled(&self.e), f: scaled(&self.f), ..self.clone() }
+    }
+
     /// The state at rest.
     pub fn rest(&self) -> State {
         State { x: vec![0.0; self.linear.order()], memory: vec![0.0; self.loops() * self.operator.cells()] }
