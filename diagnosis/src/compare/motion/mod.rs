@@ -101,10 +101,11 @@ impl Pair<'_> {
     fn free_run(&self, models: [&Model; 2]) -> Option<Comparison> {
         let starts = self.recordings.map(|recording| Data::new(recording).first_states());
         let wider = self.wider();
-        let of = |models: [&Model; 2]| {
+        let of = |with: [&Model; 2]| {
             let known = |k: usize| Known {
                 recording: self.recordings[k],
-                model: models[k],
+                own: models[k],
+                model: with[k],
                 states: &starts[k],
                 wider: wider[k],
             };
@@ -142,8 +143,8 @@ impl Pair<'_> {
         let [then, now] = self.recordings.map(|recording| recording.with_inputs(&first.plant.inputs));
         let [of_then, of_now] = self.wider();
         let sides = [
-            Known { recording: &then, model: &first, states: &a.fitted.states, wider: of_then },
-            Known { recording: &now, model: &second, states: &b.fitted.states, wider: of_now },
+            Known { recording: &then, own: &first, model: &first, states: &a.fitted.states, wider: of_then },
+            Known { recording: &now, own: &second, model: &second, states: &b.fitted.states, wider: of_now },
         ];
         joint::free_run::joint(sides, self.plant).map(|joint| self.joined(&joint))
     }

@@ -75,13 +75,15 @@ impl InCommon for Model {
         own.with_terms(terms)
     }
 
-    fn without_amounts(&self, own: &Model) -> Option<Model> {
-        let mut model = self.clone();
+    fn beside(&self, own: &Model) -> Option<Model> {
+        let mut model = Model { values: own.values.clone(), ..self.clone() };
         for term in &mut model.terms {
-            if own.terms.iter().all(|known| known.effect.text.id != term.effect.text.id) {
-                let parameters = term.effect.parameters.iter().zip(&mut term.values);
-                parameters.filter(|(p, _)| p.range.is_none()).for_each(|(_, value)| *value = 0.0);
+            if let Some(known) = own.terms.iter().find(|known| known.effect.text.id == term.effect.text.id) {
+                term.values.clone_from(&known.values);
+                continue;
             }
+            let parameters = term.effect.parameters.iter().zip(&mut term.values);
+            parameters.filter(|(p, _)| p.range.is_none()).for_each(|(_, value)| *value = 0.0);
         }
         (self.terms.len() > own.terms.len()).then_some(model)
     }

@@ -17,8 +17,9 @@ pub trait InCommon: Simulated {
     /// The model of one recording with the effects of both, in the same order for either; none where there is none.
     fn with_effects_of_both(models: [&Self; 2], recording: usize) -> Option<Self>;
 
-    /// The model with the amounts at zero of the effects that `own` has not; none where it has them all.
-    fn without_amounts(&self, own: &Self) -> Option<Self>;
+    /// The model with the parameters of `own`, and with the amounts at zero of the effects that `own` has not; none where it has
+    /// them all.
+    fn beside(&self, own: &Self) -> Option<Self>;
 
     /// The model with nothing but its initial states free.
     fn fixed(&self) -> Self;
@@ -69,7 +70,9 @@ struct Noise {
 pub struct Known<'a, 'm, M: InCommon> {
     /// The recording.
     pub recording: &'a DynamicRecording,
-    /// Its own model.
+    /// The model that its own diagnosis found.
+    pub own: &'m M,
+    /// The same, or with one effect more.
     pub model: &'m M,
     /// Where its runs begin.
     pub states: &'m [M::Start],
@@ -94,8 +97,9 @@ impl<'a, M: InCommon> FreeRun<'a, M> {
     fn of(known: &Known<'a, '_, M>, models: [&M; 2], number: usize, plant: &'a Plant) -> Option<Self> {
         let data = Data::new(known.recording);
         let union = M::with_effects_of_both(models, number)?;
-        let without = union.without_amounts(known.model);
-        let starts = [Some(union), without];
+        // From its own model a fit with more effects is never the worse one.
+        let beside = union.beside(known.own);
+        let starts = [Some(union), beside];
         let fits = starts.iter().flatten().filter_map(|model| model.estimated(known.states, &data, ALL));
         let fitted = fits.min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))?;
         let Known { recording, wider, .. } = *known;

@@ -31,18 +31,20 @@ impl InCommon for Model {
         (own.nominal_free == other.nominal_free).then_some(union)
     }
 
-    fn without_amounts(&self, own: &Model) -> Option<Model> {
-        let mut model = self.clone();
+    fn beside(&self, own: &Model) -> Option<Model> {
+        let mut model = Model { nominal: own.nominal, ..self.clone() };
         for term in &mut model.terms {
-            if own.terms.iter().all(|known| known.effect.id != term.effect.id) {
-                let limit = term.effect.is_limit();
-                let parameters = term.effect.parameters.iter().zip(&mut term.parameters);
-                parameters.for_each(|(p, value)| match p.shape {
-                    false => *value = 0.0,
-                    true if limit => *value *= BEYOND,
-                    true => {}
-                });
+            if let Some(known) = own.terms.iter().find(|known| known.effect.id == term.effect.id) {
+                term.parameters.clone_from(&known.parameters);
+                continue;
             }
+            let limit = term.effect.is_limit();
+            let parameters = term.effect.parameters.iter().zip(&mut term.parameters);
+            parameters.for_each(|(p, value)| match p.shape {
+                false => *value = 0.0,
+                true if limit => *value *= BEYOND,
+                true => {}
+            });
         }
         (self.terms.len() > own.terms.len()).then_some(model)
     }
