@@ -163,7 +163,7 @@ fn in_motion_a_moved_parameter_is_named_and_an_unchanged_mechanism_is_not() {
     let folder = folder.path();
     let record = |name: &str, rest: &str, force: f64| {
         let friction = format!("--effect coulomb_friction:force_per_inertia={force}");
-        run(folder, &format!("excite --device-seed 7 {rest} {friction} --out {name} -q"));
+        run(folder, &format!("excite --device-seed 7 --samples 6144 {rest} {friction} --out {name} -q"));
     };
     record("then.csv", "--seed 1", 20_000.0);
     record("same.csv", "--seed 2 --excitation sweep", 20_000.0);

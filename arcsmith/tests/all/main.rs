@@ -18,3 +18,4 @@ mod pages;
 mod project;
 mod sets;
 mod simulation;
+mod structures;

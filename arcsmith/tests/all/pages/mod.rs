@@ -69,14 +69,23 @@ fn pages() -> (tempfile::TempDir, [&'static str; 11]) {
 }
 
 #[test]
-fn no_text_overlaps_or_leaves_the_page_in_two_widths_both_colour_schemes_and_in_print() {
-    let Some(browser) = browser::found("the look at one page of each kind") else { return };
+fn one_page_of_each_kind_is_drawn_well_and_proposes_what_runs() {
     let (folder, names) = pages();
-    let probe = include_str!("probe.html").replace("PAGES", &serde_json::to_string(&names).unwrap());
-    std::fs::write(folder.path().join("probe.html"), probe).unwrap();
+    the_page_of_a_motion_has_its_equations_and_how_the_residual_is_distributed(folder.path());
+    no_text_overlaps_or_leaves_the_page_in_two_widths_both_colour_schemes_and_in_print(folder.path(), &names);
+    the_commands_on_a_page_run_in_its_folder_and_its_files_are_there(folder.path(), &names);
+}
+
+fn no_text_overlaps_or_leaves_the_page_in_two_widths_both_colour_schemes_and_in_print(
+    folder: &Path,
+    names: &[&str],
+) {
+    let Some(browser) = browser::found("the look at one page of each kind") else { return };
+    let probe = include_str!("probe.html").replace("PAGES", &serde_json::to_string(names).unwrap());
+    std::fs::write(folder.join("probe.html"), probe).unwrap();
     for (scheme, dark) in [("0", true), ("1", false)] {
         let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
-        let drawn = browser::measured(&browser, folder.path(), "probe.html", &[&scheme]);
+        let drawn = browser::measured(&browser, folder, "probe.html", &[&scheme]);
         let drawn = drawn.as_array().unwrap();
         assert_eq!(drawn.len(), 3 * names.len());
         for page in drawn {
@@ -99,10 +108,8 @@ fn no_text_overlaps_or_leaves_the_page_in_two_widths_both_colour_schemes_and_in_
     }
 }
 
-#[test]
-fn the_page_of_a_motion_has_its_equations_and_how_the_residual_is_distributed() {
-    let (folder, _) = pages();
-    let page = std::fs::read_to_string(folder.path().join("moving/motion.html")).unwrap();
+fn the_page_of_a_motion_has_its_equations_and_how_the_residual_is_distributed(folder: &Path) {
+    let page = std::fs::read_to_string(folder.join("moving/motion.html")).unwrap();
     let formula = page.split("<p>Altogether:</p>\n<pre>").nth(1).and_then(|rest| rest.split("</pre>").next());
     assert_eq!(formula, Some("x″ = gain w − damping v − stiffness x\nx″ −= c x³"));
     for figure in ["spectrum-1", "resonance", "surface", "trace", "histogram", "quantiles"] {
@@ -114,28 +121,26 @@ fn the_page_of_a_motion_has_its_equations_and_how_the_residual_is_distributed() 
     }
 }
 
-#[test]
-fn the_commands_on_a_page_run_in_its_folder_and_its_files_are_there() {
-    let (folder, names) = pages();
+fn the_commands_on_a_page_run_in_its_folder_and_its_files_are_there(folder: &Path, names: &[&str]) {
     for name in names {
-        let page = std::fs::read_to_string(folder.path().join(name)).unwrap();
+        let page = std::fs::read_to_string(folder.join(name)).unwrap();
         let commands: Vec<&str> = page.split("<pre>arcsmith ").skip(1).collect();
         let commands: Vec<&str> = commands.iter().filter_map(|rest| rest.split("</pre>").next()).collect();
         // Trials are no step of a user's work.
-        if name == "trials/report.html" {
+        if *name == "trials/report.html" {
             continue;
         }
         assert!(!commands.is_empty(), "{name} proposes nothing");
         // Those on the next recording or the next campaign wait for it.
         for command in commands.into_iter().filter(|command| !command.contains("NEXT")) {
-            arcsmith(folder.path(), &command.replace("&#x2f;", "/"));
+            arcsmith(folder, &command.replace("&#x2f;", "/"));
         }
         let files = page.split("<h2>Files written</h2>").nth(1).unwrap().split("</p>").next().unwrap();
         let files: Vec<&str> =
             files.split("<code>").skip(1).filter_map(|rest| rest.split('<').next()).collect();
         assert!(!files.is_empty(), "{name} names no file");
         for file in files {
-            assert!(folder.path().join(file.replace("&#x2f;", "/")).is_file(), "{name}: {file}");
+            assert!(folder.join(file.replace("&#x2f;", "/")).is_file(), "{name}: {file}");
         }
     }
 }

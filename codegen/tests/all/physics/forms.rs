@@ -264,7 +264,7 @@ fn with_walk(of: impl FnOnce(&Observables)) {
 
 #[test]
 fn some_forms_are_computed_within_their_bound() {
-    forms_are_computed_within_their_bound(7);
+    forms_are_computed_within_their_bound(19);
 }
 
 #[test]

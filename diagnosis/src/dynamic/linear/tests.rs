@@ -2,18 +2,12 @@
 
 use std::ops::Range;
 
-use fitter::plant::{Auto, Kind, Order, Plant, PlantFile};
-
 use super::looped::{Looped, Stretch};
 use super::modal::{Block, Modal};
 use super::operator::Operator;
 use super::plan::Plan;
-use super::{file, nominal, sensitivity};
-use crate::compare::Change;
-use crate::compare::motion::compare;
-use crate::dynamic::spectrum::Complex;
-use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose};
-use crate::verdict::Verdict;
+use super::{nominal, sensitivity};
+use crate::dynamic::DynamicRecording;
 
 const PERIOD: usize = 1024;
 
@@ -51,12 +45,7 @@ impl Numbers {
 
 /// Four runs of two periods at each amplitude, random-phase multisines up to 200 Hz, white noise.
 fn record(model: &Looped, amplitudes: &[f64], noise: f64) -> DynamicRecording {
-    record_by(7, model, amplitudes, noise)
-}
-
-/// The same by another seed.
-fn record_by(seed: u64, model: &Looped, amplitudes: &[f64], noise: f64) -> DynamicRecording {
-    let mut numbers = Numbers(seed);
+    let mut numbers = Numbers(7);
     let (mut drives, mut positions) = (vec![vec![]; 2], vec![vec![]; 2]);
     let (mut runs, mut period, mut amplitude): (Vec<Range<usize>>, Vec<i64>, Vec<f64>) = Default::default();
     for &size in amplitudes {
@@ -106,34 +95,6 @@ fn record_by(seed: u64, model: &Looped, amplitudes: &[f64], noise: f64) -> Dynam
     }
 }
 
-fn plant() -> PlantFile {
-    let plant = Plant {
-        kind: Kind::Linear,
-        order: Some(Order::Auto(Auto::Auto)),
-        position_unit: "um".into(),
-        drive_unit: "V".into(),
-        feedback: None,
-        damping: None,
-        stiffness: None,
-        gain: None,
-        hold: None,
-    };
-    PlantFile { plant, state_space: None, effects: vec![], equations: None }
-}
-
-fn answer(recording: &DynamicRecording, plant: &PlantFile) -> DynamicOutcome {
-    let options = Options::default();
-    diagnose(&Case {
-        recording,
-        plant,
-        plant_file: "plant.toml",
-        simulated: None,
-        held_out: None,
-        options: &options,
-    })
-    .unwrap()
-}
-
 /// The structure with hysteresis between drive and force, w = R(u).
 fn hysteretic(strength: f64) -> Looped {
     let linear = structure();
@@ -146,60 +107,6 @@ fn hysteretic(strength: f64) -> Looped {
         operator: Operator::hysteresis(0.0),
         linear,
     }
-}
-
-/// What is said to have changed between recordings of two structures.
-fn changed(then: &Looped, now: &Looped, amplitudes: &[f64]) -> Vec<Change> {
-    let [then, now] = [record_by(7, then, amplitudes, 0.01), record_by(11, now, amplitudes, 0.01)];
-    let (plant, options) = (plant(), Options::default());
-    let case = Case {
-        recording: &then,
-        plant: &plant,
-        plant_file: "plant.toml",
-        simulated: None,
-        held_out: None,
-        options: &options,
-    };
-    compare(&case, &now).unwrap().changes
-}
-
-#[test]
-fn of_two_recordings_what_moved_is_named_alone() {
-    let then = Looped::plain(structure());
-    assert!(changed(&then, &then, &[1.0]).is_empty());
-    // 40 Hz become 40.1.
-    let mut stiffer = then.clone();
-    let [re, im] = stiffer.linear.blocks[0].parameters;
-    let pole = (Complex::new(re, im).ln() * (40.1 / 40.0)).exp();
-    stiffer.linear.blocks[0].parameters = [pole.re, pole.im];
-    let [ref moved] = changed(&then, &stiffer, &[1.0])[..] else { panic!("one change") };
-    let difference = moved.parameters[0].difference.unwrap();
-    assert_eq!((moved.id.as_str(), moved.parameters[0].unit.as_str()), ("resonance_1", "Hz"));
-    assert!((difference.ci95[0]..difference.ci95[1]).contains(&0.1), "{difference:?}");
-    assert!(moved.held_out.as_ref().is_some_and(|held_out| held_out.gain.value > 0.0));
-    // The second drive is a fiftieth weaker.
-    let mut weaker = then.clone();
-    weaker.linear.b.iter_mut().skip(1).step_by(2).for_each(|b| *b *= 0.98);
-    let [ref moved] = changed(&then, &weaker, &[1.0])[..] else { panic!("one change") };
-    let ratio = moved.parameters[0].difference.unwrap();
-    assert_eq!(moved.id, "gain_2");
-    assert!((ratio.ci95[0]..ratio.ci95[1]).contains(&0.98), "{ratio:?}");
-}
-
-/// Asserts that the hysteresis, which becomes one of 0.3, is the first of what changed.
-fn hysteresis_changes_first(then: &Looped) {
-    let all = changed(then, &hysteretic(0.3), &[0.1, 0.4, 1.0]);
-    assert_eq!(all[0].id, file::ID, "{:?}", all.iter().map(|change| &change.id).collect::<Vec<_>>());
-}
-
-#[test]
-fn of_two_recordings_a_hysteresis_that_grew_is_named() {
-    hysteresis_changes_first(&hysteretic(0.2));
-}
-
-#[test]
-fn of_two_recordings_a_hysteresis_that_came_is_named() {
-    hysteresis_changes_first(&Looped::plain(structure()));
 }
 
 #[test]
@@ -233,18 +140,6 @@ fn more_amplitudes_do_not_hide_a_weak_mode() {
 }
 
 #[test]
-fn without_periods_the_structure_is_found_by_segments() {
-    let truth = structure();
-    let mut recording = record(&Looped::plain(truth.clone()), &[1.0], 0.01);
-    recording.period = None;
-    recording.amplitude = None;
-    let outcome = answer(&recording, &plant());
-    assert!(outcome.diagnosis.effects.is_empty(), "{:?}", outcome.diagnosis.effects);
-    let left = outcome.diagnosis.fit.before.held_out_rms.unwrap();
-    assert!(left < 0.03, "{left} beside a noise of 0.01");
-}
-
-#[test]
 fn the_gradient_is_that_of_the_cost() {
     for operator in [Operator::hysteresis(-0.2), Operator::memoryless(0.3)] {
         let mut model = hysteretic(0.2);
@@ -273,56 +168,4 @@ fn the_gradient_is_that_of_the_cost() {
             );
         }
     }
-}
-
-#[test]
-fn a_linear_structure_is_consistent() {
-    let recording = record(&Looped::plain(structure()), &[0.5, 1.5], 0.02);
-    let outcome = answer(&recording, &plant());
-    assert_eq!(outcome.diagnosis.verdict, Verdict::Consistent);
-    assert!(outcome.diagnosis.effects.is_empty() && outcome.diagnosis.locations.is_empty());
-    assert!((outcome.diagnosis.noise_floor.value / 0.02 - 1.0).abs() < 0.05);
-}
-
-#[test]
-fn hysteresis_is_named_and_its_file_simulates_the_same() {
-    let recording = record(&hysteretic(0.4), &[0.15, 0.45], 0.001);
-    let outcome = answer(&recording, &plant());
-    let d = &outcome.diagnosis;
-    assert_eq!(d.effects.first().map(|e| e.id.as_str()), Some(file::ID), "{:?}", d.verdict);
-    assert!(d.effects[0].alternatives.is_empty(), "memory is told from none");
-    let amplitude = d.locations.iter().find(|l| l.variable == "amplitude").expect("it grows with amplitude");
-    assert!((amplitude.from, amplitude.to) == (0.15, 0.45) && amplitude.share > 0.5, "{}", amplitude.share);
-    let (before, after) = (d.fit.before.held_out_rms.unwrap(), d.fit.after.held_out_rms.unwrap());
-    assert!(after < 0.3 * before, "{before} → {after}");
-    // The file gives the model back: the same recording against it is consistent.
-    let text = outcome.plant.to_toml();
-    let again = PlantFile::parse("made.plant.toml", &text).unwrap();
-    let model = file::to_model(&again).unwrap();
-    let y = super::diagnose::free_run(&model, &recording, &recording.runs[0]).unwrap();
-    let apart = (0..PERIOD).map(|n| (y[2 * n] - outcome.own.after[0][n]).abs()).fold(0.0, f64::max);
-    assert!(apart < 1e-6, "{apart}");
-    let page = crate::report::of_motion(&recording, &outcome, &Default::default());
-    assert!(page.contains("Spectrum at amplitude") && page.contains("hysteresis of the actuator"));
-}
-
-#[test]
-fn a_constant_is_named_beside_a_linear_structure() {
-    let mut recording = record(&Looped::plain(structure()), &[0.5, 1.5], 0.02);
-    recording.positions[1].iter_mut().for_each(|x| *x += 0.05);
-    let outcome = answer(&recording, &plant());
-    let d = &outcome.diagnosis;
-    assert_eq!(d.verdict, Verdict::Explained);
-    let ids: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
-    assert_eq!(ids, [super::offset::ID]);
-    assert_eq!(d.effects[0].alternatives, ["drive_offset"], "a plant that holds its position cannot tell");
-    let [first, second] = &d.effects[0].parameters[..] else { panic!("an offset of either position") };
-    assert!(first.ci95[0] < 0.0 && first.ci95[1] > 0.0, "{first:?}");
-    assert!(second.ci95[0] < 0.05 && second.ci95[1] > 0.05, "{second:?}");
-    let after = d.fit.after.held_out_rms.unwrap();
-    assert!((after / 0.02 - 1.0).abs() < 0.05, "{after}");
-    // Against its own file nothing is left to say.
-    let again = PlantFile::parse("made.plant.toml", &outcome.plant.to_toml()).unwrap();
-    let outcome = answer(&recording, &again);
-    assert_eq!(outcome.diagnosis.verdict, Verdict::Consistent, "{:?}", outcome.diagnosis.effects);
 }
