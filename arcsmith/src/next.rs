@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use fitter::coefficients::Coefficients;
-use fitter::text_safety;
+use fitter::figures::inside;
+use fitter::text_safety::shell_word;
 
 /// What a command is for, and the command.
 pub type Step = (String, String);
@@ -12,27 +13,9 @@ fn step(purpose: &str, command: String) -> Step {
     (purpose.to_string(), command)
 }
 
-/// A word as a shell takes it; with characters that a terminal may obey, as `$'…'` (POSIX 2024) and their bytes in
-/// octal.
-pub fn quoted(word: &str) -> String {
-    let plain = |sign: char| sign.is_alphanumeric() || "-_./=:+,".contains(sign);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_string()
-    } else if text_safety::visible(word) == word {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    } else {
-        let byte = |byte: u8| match byte {
-            b'\'' | b'\\' => format!("\\{}", char::from(byte)),
-            b' '..=b'~' => char::from(byte).to_string(),
-            _ => format!("\\{byte:03o}"),
-        };
-        format!("$'{}'", word.bytes().map(byte).collect::<String>())
-    }
-}
-
 /// A path as a shell takes it.
 pub fn quoted_path(path: &Path) -> String {
-    quoted(&path.display().to_string())
+    shell_word(&path.display().to_string())
 }
 
 /// The options that say what a device is, as they are typed: its files by option, mapped columns, effects left out.
@@ -40,7 +23,7 @@ pub fn device(files: &[(&str, Option<&Path>)], map: &str, without: &[String]) ->
     let files = files.iter().filter_map(|(name, path)| Some(format!(" --{name} {}", quoted_path((*path)?))));
     let without = match without {
         [] => String::new(),
-        ids => format!(" --without {}", quoted(&ids.join(","))),
+        ids => format!(" --without {}", shell_word(&ids.join(","))),
     };
     files.collect::<String>() + map + &without
 }
@@ -125,35 +108,7 @@ fn generate(file: &Coefficients, path: &Path) -> String {
     let read = |name: &str| file.terms.iter().any(|term| term.operator.observables().contains(&name));
     let further: String = (file.observed.iter())
         .filter(|(name, _)| read(name))
-        .map(|(name, range)| format!(" --further {}", quoted(&format!("{name}={}", inside(*range)))))
+        .map(|(name, range)| format!(" --further {}", shell_word(&format!("{name}={}", inside(*range)))))
         .collect();
     format!("arcsmith generate --coefficients {}{further} --out firmware", quoted_path(path))
-}
-
-/// A range in few digits that does not reach beyond the recorded one.
-fn inside([from, to]: [f64; 2]) -> String {
-    // A thousandth of the width, as a power of ten.
-    let step = 10f64.powf(((to - from).abs().max(f64::MIN_POSITIVE) / 1000.0).log10().ceil());
-    let decimals = (-step.log10().round()).max(0.0) as usize;
-    let (from, to) = ((from / step).ceil() * step, (to / step).floor() * step);
-    format!("{from:.decimals$}..{to:.decimals$}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_are_quoted_where_a_shell_needs_it() {
-        assert_eq!(quoted("a/b-1.csv"), "a/b-1.csv");
-        assert_eq!(quoted("my file's.csv"), "'my file'\\''s.csv'");
-        assert_eq!(quoted("it's\n\u{202e}.csv"), "$'it\\'s\\012\\342\\200\\256.csv'");
-    }
-
-    #[test]
-    fn a_range_stays_within_what_was_recorded() {
-        assert_eq!(inside([14.80716, 39.21684]), "14.9..39.2");
-        assert_eq!(inside([-0.012, 0.034_567]), "-0.0120..0.0345");
-        assert_eq!(inside([-12_345.6, 23_456.7]), "-12300..23400");
-    }
 }

@@ -183,6 +183,15 @@ fn with_unit(text: &str, unit: &str) -> String {
     if is_bare(unit) { text.to_string() } else { format!("{text} {unit}") }
 }
 
+/// A range in few digits that does not reach beyond the recorded one.
+pub fn inside([from, to]: [f64; 2]) -> String {
+    // A thousandth of the width, as a power of ten.
+    let step = 10f64.powf(((to - from).abs().max(f64::MIN_POSITIVE) / 1000.0).log10().ceil());
+    let decimals = (-step.log10().round()).max(0.0) as usize;
+    let (from, to) = ((from / step).ceil() * step, (to / step).floor() * step);
+    format!("{from:.decimals$}..{to:.decimals$}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -209,5 +218,12 @@ mod tests {
         );
         let (texts, unit) = cells(0.0030412, [0.0029, 0.0032], "s");
         assert_eq!((texts.join(" "), unit.as_str()), ("3.04 2.90 3.20".to_string(), "ms"));
+    }
+
+    #[test]
+    fn a_range_stays_within_what_was_recorded() {
+        assert_eq!(inside([14.80716, 39.21684]), "14.9..39.2");
+        assert_eq!(inside([-0.012, 0.034_567]), "-0.0120..0.0345");
+        assert_eq!(inside([-12_345.6, 23_456.7]), "-12300..23400");
     }
 }

@@ -141,6 +141,24 @@ pub fn command(text: &str) -> String {
     excerpt(text, LONGEST_COMMAND)
 }
 
+/// A word as a shell takes it; with characters that a terminal may obey, as `$'…'` (POSIX 2024) and their bytes in
+/// octal.
+pub fn shell_word(word: &str) -> String {
+    let plain = |sign: char| sign.is_alphanumeric() || "-_./=:+,".contains(sign);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_string()
+    } else if visible(word) == word {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    } else {
+        let byte = |byte: u8| match byte {
+            b'\'' | b'\\' => format!("\\{}", char::from(byte)),
+            b' '..=b'~' => char::from(byte).to_string(),
+            _ => format!("\\{byte:03o}"),
+        };
+        format!("$'{}'", word.bytes().map(byte).collect::<String>())
+    }
+}
+
 /// A line of a source for the terminal, where comment marks do nothing, cut to so many characters.
 pub fn line(text: &str, most: usize) -> String {
     cut(visible(text), most)
@@ -205,5 +223,12 @@ mod tests {
         let long = "x".repeat(121);
         assert_eq!(name(&long), Err(Long { found: 121, most: 120 }));
         assert_eq!(excerpt(&long, 40), "x".repeat(40) + "…");
+    }
+
+    #[test]
+    fn words_are_quoted_where_a_shell_needs_it() {
+        assert_eq!(shell_word("a/b-1.csv"), "a/b-1.csv");
+        assert_eq!(shell_word("my file's.csv"), "'my file'\\''s.csv'");
+        assert_eq!(shell_word("it's\n\u{202e}.csv"), "$'it\\'s\\012\\342\\200\\256.csv'");
     }
 }

@@ -9,10 +9,10 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use fitter::faults::{self, Screened};
 use fitter::recording::{Mapping, Purpose, Reading};
+use fitter::text_safety::shell_word;
 use fitter::{Fit, Fitted, Mirror, Options, Recording, Sensor, Solver, order, output, text_safety};
 use serde_json::json;
 
-use crate::next::quoted;
 use crate::terminal::{self, Common, Result, line, summarise};
 use codegen::cli::recording;
 pub use progress::{read, waiting};
@@ -48,7 +48,7 @@ pub struct MapArgs {
 impl MapArgs {
     /// As they are typed.
     pub fn typed(&self) -> String {
-        self.map.iter().map(|mapping| format!(" --map {}", quoted(&mapping.to_string()))).collect()
+        self.map.iter().map(|mapping| format!(" --map {}", shell_word(&mapping.to_string()))).collect()
     }
 }
 
@@ -198,7 +198,7 @@ pub fn run(args: &FitArgs, common: Common) -> Result<()> {
 /// The command as it was typed, or as the project has it, with the program's name alone in place of its path.
 pub fn command_line() -> String {
     let words: Vec<String> = std::iter::once("arcsmith".to_string())
-        .chain(terminal::words().iter().map(|word| quoted(word)))
+        .chain(terminal::words().iter().map(|word| shell_word(word)))
         .collect();
     text_safety::command(&words.join(" "))
 }
