@@ -23,14 +23,18 @@ pub fn with_best_name<S: Side>(
     let of_side = |side: usize| found[side].models.iter().map(move |model| (side, model));
     let tried: Vec<(usize, &Model)> = of_side(0).chain(of_side(1)).collect();
     let least = if changed.is_empty() { NOTHING_ELSE_DIFFERS } else { 0.0 };
-    let with = parallel::filter_map(&tried, |(side, model)| {
+    let mut with = parallel::filter_map(&tried, |(side, model)| {
         let joint = of(*side, model)?.sought_among(sought);
         let of_id = |id: &str| joint.groups.iter().position(|group| group.id == id);
         let group = of_id(model.terms.last()?.effect.id)?;
         let without: Vec<usize> = changed.iter().filter_map(|k| of_id(&plain.groups[*k].id)).collect();
         // In the same model: what the effect explains of both recordings alike is no reason that it differs.
         let gain = joint.criterion(&without) - joint.criterion(&[group]);
-        (gain > least && joint.is_plausible(group)).then_some((gain, joint))
+        (gain > least).then_some((gain, group, joint))
     });
-    with.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(plain, |(_, joint)| joint)
+    with.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let best = with.into_iter().find(|(_, group, joint)| {
+        joint.is_plausible(*group, &[*group]) && joint.is_plausible(*group, &differing(joint))
+    });
+    best.map_or(plain, |(.., joint)| joint)
 }

@@ -38,6 +38,11 @@ pub trait InCommon: Simulated {
     /// As [`Side::amounts`].
     fn amounts(&self, of: Of) -> Vec<usize>;
 
+    /// As [`Side::is_plausible`]; a user's effects are what the user says.
+    fn is_plausible(&self, _of: Of, _data: &Data) -> bool {
+        true
+    }
+
     /// As [`Side::place`].
     fn place(&self, group: &Group, recording: &DynamicRecording, p_value: f64) -> Option<Location>;
 }
@@ -185,6 +190,10 @@ impl<M: InCommon> Side for FreeRun<'_, M> {
 
     fn amounts(&self, of: Of) -> Vec<usize> {
         self.fitted.model.amounts(of)
+    }
+
+    fn is_plausible(&self, of: Of, packed: &[f64]) -> bool {
+        self.fitted.model.unpacked(packed).is_plausible(of, &self.data)
     }
 
     fn place(&self, group: &Group, p_value: f64) -> Option<Location> {

@@ -394,9 +394,9 @@ impl<S: Side> Joint<S> {
         (-self.surprise(square.max(0.0), amounts.len())).exp()
     }
 
-    /// Whether a group that differs has possible parameters in every recording that shows it.
-    pub fn is_plausible(&self, group: usize) -> bool {
-        let solved = self.solve(&[group]);
+    /// Whether the effect of a group has possible parameters in every recording that shows it, where some groups differ.
+    pub fn is_plausible(&self, group: usize, changed: &[usize]) -> bool {
+        let solved = self.solve(changed);
         (0..2).all(|recording| {
             self.sides[recording].is_plausible(self.groups[group].of, &solved.point.packed[recording])
                 || self.absence(&solved, group, recording) > PRESENT

@@ -4,6 +4,7 @@ use fitter::plant::Plant;
 
 use super::free_run::InCommon;
 use super::{Gradient, Group, Of};
+use crate::dynamic::data::Data;
 use crate::dynamic::effects::{Part, Reading, unit_of};
 use crate::dynamic::estimate::Simulated;
 use crate::dynamic::interval::Sort;
@@ -89,6 +90,11 @@ impl InCommon for Model {
         let Of::Term(k) = of else { return Vec::new() };
         let parameters = self.terms[k].effect.parameters.iter().zip(self.packed_of(k));
         parameters.filter(|(p, _)| !p.shape).filter_map(|(_, lane)| lane).collect()
+    }
+
+    fn is_plausible(&self, of: Of, data: &Data) -> bool {
+        let Of::Term(k) = of else { return true };
+        (self.terms[k].effect.plausible)(&self.terms[k].parameters, &data.scale)
     }
 
     fn place(&self, group: &Group, recording: &DynamicRecording, p_value: f64) -> Option<Location> {
