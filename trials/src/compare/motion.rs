@@ -14,6 +14,8 @@ use crate::dynamic::truth::{Group, told_apart};
 use crate::linear::norm;
 
 const PLANT: &str = include_str!("../dynamic/plant.toml");
+/// Part by which an effect is weakened to see what its growth adds.
+const GROWTH: f64 = 1e-3;
 /// Part by which the strength of a new effect may miss the wanted one: not everything is proportional to it.
 const MISSED: f64 = 0.1;
 
@@ -46,13 +48,15 @@ pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Op
     let effect = |strength: f64| -> Option<PlantEffect> {
         Some(drawn_effect(find(ids.first()?)?, strength, &typical, &mut shape.clone()))
     };
-    // ρ of the effect in a recording, and whether the recording can tell it from every other where that is asked.
+    // ρ of the effect in a recording, of one that moves as it grows from there, and whether the recording can tell it from every other where that is asked.
     let seen = |side: &Side, strength: f64, asked: bool| -> Option<(f64, bool)> {
         let effects = [effect(strength)?];
         let with = side.bench.with_effects(effects.to_vec()).ok()?;
         let clean = positions(&with, side.seed)?;
         let scene = Scene::new(&side.bench, &with, side.seed, &effects, &clean, &typical)?;
-        let rest = scene.beside(0).projected_off(scene.white(0));
+        let growth = || scene.growth(vec![effect((1.0 - GROWTH) * strength)?], GROWTH);
+        let added = if kind == Kind::Moved { growth()? } else { scene.white(0).to_vec() };
+        let rest = scene.beside(0).projected_off(&added);
         let rho = norm(&rest);
         let tells = || told_apart(scene.closest(0, &rest, &mut shape.clone()).as_ref(), rho);
         Some((rho, asked && tells()))

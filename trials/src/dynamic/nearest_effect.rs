@@ -117,6 +117,14 @@ impl<'a> Scene<'a> {
         others
     }
 
+    /// What the effects add for each part by which they grow, whitened, from the same effects `part` weaker: where much of an
+    /// effect acts, this is not what all of it adds.
+    pub fn growth(&self, weaker: Vec<PlantEffect>, part: f64) -> Option<Vec<f64>> {
+        let mut growth = self.against(&self.bare.with_effects(weaker).ok()?)?;
+        growth.iter_mut().for_each(|x| *x /= part);
+        Some(growth)
+    }
+
     /// The positions less those of another mechanism, whitened.
     fn against(&self, other: &Bench) -> Option<Vec<f64>> {
         let other = positions(other, self.seed)?;
