@@ -182,6 +182,18 @@ pub fn band_limited_cubics(samples: &[f64], edge: Edge) -> Vec<[f64; 4]> {
         .collect()
 }
 
+/// Stretches of every interval of [`band_limited_parabolas`].
+pub const STRETCHES: usize = OVERSAMPLING / 2;
+
+/// The windowed sinc itself, by [`STRETCHES`] parabolas per interval, in the form of [`band_limited_cubics`]: for what has to see
+/// how far the drive goes between its samples, as a hysteresis or a limit does.
+pub fn band_limited_parabolas(samples: &[f64], edge: Edge) -> Vec<[f64; 4]> {
+    let dense = if samples.is_empty() { Vec::new() } else { oversampled(samples, edge) };
+    let count = samples.len().saturating_sub(1) * STRETCHES;
+    let through = |v: &[f64]| [v[0], 4.0 * v[1] - 3.0 * v[0] - v[2], 2.0 * (v[0] + v[2] - 2.0 * v[1]), 0.0];
+    (0..count).map(|k| through(&dense[2 * k..=2 * k + 2])).collect()
+}
+
 /// Cubic pieces through the values with slopes of sixth order at each.
 fn cubic_pieces(values: &[f64]) -> Vec<[f64; 4]> {
     let last = values.len() - 1;
@@ -244,6 +256,22 @@ mod tests {
             assert!((a / 2.0 + b / 3.0 + c / 4.0 + d / 5.0 - moment).abs() < 2e-4, "{k}");
         }
         assert!(band_limited_cubics(&[], Edge::Reflected).is_empty());
+    }
+
+    #[test]
+    fn parabolas_go_as_far_between_the_samples_as_the_sine() {
+        let omega = std::f64::consts::TAU * 0.35;
+        let samples: Vec<f64> = (0..200).map(|k| (omega * f64::from(k)).sin()).collect();
+        let parabolas = band_limited_parabolas(&samples, Edge::Reflected);
+        assert_eq!(parabolas.len(), 199 * STRETCHES);
+        for (k, [a, b, c, _]) in parabolas.into_iter().enumerate().take(150 * STRETCHES).skip(50 * STRETCHES)
+        {
+            for part in [0.0, 0.25, 0.5, 1.0] {
+                let sine = (omega * (k as f64 + part) / STRETCHES as f64).sin();
+                assert!((a + part * (b + part * c) - sine).abs() < 2e-3, "{k} {part}");
+            }
+        }
+        assert!(band_limited_parabolas(&[], Edge::Reflected).is_empty());
     }
 
     #[test]

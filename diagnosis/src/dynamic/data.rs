@@ -9,7 +9,8 @@ use fitter::table::Values;
 use motion::equations::Input;
 use numerics::mean;
 
-use super::effects::Scale;
+use super::effects::{Part, Scale};
+use super::model::{Model, Term};
 use super::recording::DynamicRecording;
 use super::signal::Signal;
 use super::simulate::Course;
@@ -71,6 +72,8 @@ struct Lane {
     lead: Range<usize>,
     /// The drive, in each way of running between the samples.
     signals: [Signal; 3],
+    /// The same, where it is band-limited, as a hysteresis or a limit sees it: both respond to how far it goes between the samples.
+    fine: Signal,
     /// The extremes of the drive before the run, likewise.
     before: [Vec<f64>; 3],
     /// Further drives, likewise.
@@ -85,13 +88,22 @@ impl Lane {
         let lead = period.start.max(period.end.saturating_sub(MOST_LEAD))..period.end;
         let samples = [&drive[lead.clone()], &drive[run.clone()]].concat();
         let signals = HOLDS.map(|hold| Signal::new(&samples, lead.len(), step_s, hold));
+        let fine = Signal::fine(&samples, lead.len(), step_s);
         let before = HOLDS.map(|hold| {
-            let whole = Signal::new(&drive[period.clone()], 0, step_s, hold);
+            let whole = match hold {
+                Hold::BandLimited => Signal::fine(&drive[period.clone()], 0, step_s),
+                _ => Signal::new(&drive[period.clone()], 0, step_s, hold),
+            };
             extremes(&[], &whole, whole.intervals())
         });
         let own = |drive: &Values| HOLDS.map(|hold| Signal::new(&drive[run.clone()], 0, step_s, hold));
         let further = recording.drives[1..].iter().map(own).collect();
-        Lane { lead, signals, before, further }
+        Lane { lead, signals, fine, before, further }
+    }
+
+    /// The drive as a hysteresis or a limit sees it.
+    fn seen(&self, hold: usize) -> &Signal {
+        if HOLDS[hold] == Hold::BandLimited { &self.fine } else { &self.signals[hold] }
     }
 
     /// That of some rows of the run, which begins at row `first`.
@@ -101,11 +113,11 @@ impl Lane {
             start => first + start.saturating_sub(MOST_LEAD)..first + start,
         };
         let signals = self.signals.each_ref().map(|signal| signal.part(rows.clone(), lead.len()));
-        let before =
-            std::array::from_fn(|hold| extremes(&self.before[hold], &self.signals[hold], rows.start));
+        let before = std::array::from_fn(|hold| extremes(&self.before[hold], self.seen(hold), rows.start));
+        let fine = self.fine.part(rows.clone(), lead.len());
         let cut = |drive: &[Signal; 3]| drive.each_ref().map(|signal| signal.part(rows.clone(), 0));
         let further = self.further.iter().map(cut).collect();
-        Lane { lead, signals, before, further }
+        Lane { lead, signals, fine, before, further }
     }
 }
 
@@ -189,11 +201,12 @@ impl<'a> Data<'a> {
         data
     }
 
-    /// What a run is simulated along.
-    pub fn course(&self, run: usize, hold: Hold) -> Course<'_> {
-        let (k, lane) = (HOLDS.iter().position(|h| *h == hold).unwrap_or(0), &self.lanes[run]);
+    /// What a run of a model is simulated along.
+    pub fn course(&self, run: usize, model: &Model) -> Course<'_> {
+        let (k, lane) = (HOLDS.iter().position(|h| *h == model.hold).unwrap_or(0), &self.lanes[run]);
+        let bends = |term: &Term| term.effect.part == Part::DriveMemory || term.effect.is_limit();
         Course {
-            signal: &lane.signals[k],
+            signal: if model.terms.iter().any(bends) { lane.seen(k) } else { &lane.signals[k] },
             step_s: self.step_s,
             rows: self.runs[run].len(),
             start_s: self.starts_s[run],

@@ -76,7 +76,7 @@ fn collect<const N: usize, const F: usize>(
     let theta = seeded::<N>(model);
     through(STATE, STATE + model.free(), data, filters, |number, visit| {
         let start = [0, 1].map(|k| Dual::variable(states[number][k], k));
-        simulate(model, &theta, &data.course(number, model.hold), start, visit)
+        simulate(model, &theta, &data.course(number, model), start, visit)
     })
 }
 

@@ -186,7 +186,7 @@ impl Simulated for Model {
         let mut out = vec![f64::NAN; data.position.len()];
         for (number, (run, start)) in data.runs.iter().zip(starts).enumerate() {
             let out = &mut out[run.clone()];
-            simulate(self, &theta, &data.course(number, self.hold), *start, &mut |k, y: f64| out[k] = y)?;
+            simulate(self, &theta, &data.course(number, self), *start, &mut |k, y: f64| out[k] = y)?;
         }
         Ok(out)
     }

@@ -15,12 +15,17 @@ pub fn to_file(model: &Model, nominal: &Plant) -> PlantFile {
         hold: Some(model.hold),
         ..nominal.clone()
     };
+    PlantFile { plant, state_space: None, effects: effects(model), equations: None }
+}
+
+/// The effects of a model as a file states them.
+pub fn effects(model: &Model) -> Vec<PlantEffect> {
     let one = |term: &Term| {
         let readings = term.effect.readings(&term.parameters);
         let values: Vec<(&str, f64)> = readings.iter().map(|r| (r.name, r.value)).collect();
         PlantEffect::new(term.effect.id, &values)
     };
-    PlantFile { plant, state_space: None, effects: model.terms.iter().map(one).collect(), equations: None }
+    model.terms.iter().map(one).collect()
 }
 
 /// The effects that a plant file states.

@@ -2,17 +2,19 @@
 
 use fitter::plant::Hold;
 use motion::equations::Input;
-use motion::signal::{Edge, band_limited_cubics};
+use motion::signal::{Edge, STRETCHES, band_limited_cubics, band_limited_parabolas};
 use physics::number::Number;
 
 use super::span::Span;
 use super::turns::Turns;
 
 /// The drive of one run as a function of time: on every interval a cubic a + b s + c s² + d s³ of the part
-/// s of the interval that has passed. It may begin before the run's first row.
+/// s of the interval that has passed, or several in a row. It may begin before the run's first row.
 #[derive(Debug, Clone)]
 pub struct Signal {
     cubics: Vec<[f64; 4]>,
+    /// Cubics of an interval.
+    each: usize,
     /// Intervals before the first row.
     lead: usize,
     step_s: f64,
@@ -41,34 +43,42 @@ impl Signal {
                 cubics
             }
         };
-        Signal { cubics, lead, step_s }
+        Signal { cubics, each: 1, lead, step_s }
+    }
+
+    /// A band-limited one by as many parabolas as a hysteresis or a limit needs.
+    pub fn fine(samples: &[f64], lead: usize, step_s: f64) -> Signal {
+        let mut cubics = band_limited_parabolas(samples, Edge::Reflected);
+        cubics.extend(samples.last().into_iter().flat_map(|last| [[*last, 0.0, 0.0, 0.0]; STRETCHES]));
+        Signal { cubics, each: STRETCHES, lead, step_s }
     }
 
     /// The part of it on some intervals of the run, with at most `lead` before them.
     pub fn part(&self, range: std::ops::Range<usize>, lead: usize) -> Signal {
         let start = self.lead + range.start;
         let lead = lead.min(start);
-        let cubics = self.cubics[start - lead..self.lead + range.end].to_vec();
-        Signal { cubics, lead, step_s: self.step_s }
+        let cubics = self.cubics[self.each * (start - lead)..self.each * (self.lead + range.end)].to_vec();
+        Signal { cubics, lead, ..*self }
     }
 
     /// Intervals from the first row on.
     pub fn intervals(&self) -> usize {
-        self.cubics.len() - self.lead
+        self.cubics.len() / self.each - self.lead
     }
 
     /// Shows a hysteresis the drive along some intervals.
     pub fn pass(&self, intervals: std::ops::Range<usize>, turns: &mut Turns<f64>) {
-        for cubic in &self.cubics[self.lead + intervals.start..self.lead + intervals.end] {
+        let [from, to] = [intervals.start, intervals.end].map(|k| self.each * (self.lead + k));
+        for cubic in &self.cubics[from..to] {
             let at = |r: f64| along(*cubic, r, 0.0)[0];
-            Span { from: at(0.0), middle: at(0.5), to: at(1.0) }.remembered(0.0, turns);
+            Span { from: at(0.0), middle: at(0.5), to: at(1.0) }.remembered(turns);
         }
     }
 
-    /// Interval `k` of the run; before the start and after the end the drive stands still.
-    fn interval(&self, k: isize) -> [f64; 4] {
+    /// Cubic `k` of the run; before the start and after the end the drive stands still.
+    fn cubic(&self, k: isize) -> [f64; 4] {
         let last = self.cubics.len() as isize - 1;
-        let k = k + self.lead as isize;
+        let k = k + (self.each * self.lead) as isize;
         match k {
             _ if k < 0 => [self.cubics[0][0], 0.0, 0.0, 0.0],
             _ if k >= last => [self.cubics[last as usize][0], 0.0, 0.0, 0.0],
@@ -76,42 +86,58 @@ impl Signal {
         }
     }
 
-    /// The drive on a part of interval `k`, from `s` on.
+    /// The drive on a part of interval `k`, from `s` on, where that is one cubic.
     #[inline]
-    pub fn piece(&self, k: isize, s: f64, part: f64) -> [f64; 4] {
+    pub fn whole(&self, k: isize, s: f64, part: f64) -> Option<[f64; 4]> {
+        if self.each > 1 {
+            return None;
+        }
         let cubic = self.cubics[(k + self.lead as isize) as usize];
-        if part == 1.0 { cubic } else { along(cubic, s, part) }
+        Some(if part == 1.0 { cubic } else { along(cubic, s, part) })
     }
 
     /// The drive on the same part, `delay_s` earlier: what it runs through there, with what follows from the
     /// delay's derivatives.
-    pub fn delayed<T: Number>(&self, k: isize, s: f64, part: f64, delay_s: T) -> [Option<Piece<T>>; 2] {
-        let from = T::from_f64(k as f64 + s) - delay_s * (1.0 / self.step_s);
-        let first = from.value().floor();
-        let into = from - T::from_f64(first);
-        let piece = |interval: f64, s: T, length: T| {
-            let cubic = self.interval(interval as isize).map(T::from_f64);
-            Piece { cubic: along(cubic, s, length), part: length * (1.0 / part) }
+    pub fn pieces<T: Number>(
+        &self,
+        k: isize,
+        s: f64,
+        part: f64,
+        delay_s: Option<T>,
+    ) -> impl Iterator<Item = Piece<T>> {
+        let each = self.each as f64;
+        let begin = T::from_f64((k as f64 + s) * each);
+        // After whole steps the stretch before has no length yet, but begins to have one: a held drive jumps there.
+        let (begin, first) = match delay_s {
+            Some(delay_s) => {
+                let begin = begin - delay_s * (each / self.step_s);
+                (begin, begin.value().ceil() - 1.0)
+            }
+            None => (begin, begin.value().floor()),
         };
-        let left = T::from_f64(1.0) - into;
-        if left.value() >= part {
-            return [Some(piece(first, into, T::from_f64(part))), None];
-        }
-        let rest = T::from_f64(part) - left;
-        [Some(piece(first, into, left)), Some(piece(first + 1.0, T::from_f64(0.0), rest))]
+        let into = begin - T::from_f64(first);
+        let end = into + T::from_f64(part * each);
+        let count = end.value().ceil() as usize;
+        (0..count).map(move |i| {
+            let from = if i == 0 { into } else { T::from_f64(0.0) };
+            let to = if i + 1 == count { end - T::from_f64(i as f64) } else { T::from_f64(1.0) };
+            let cubic = self.cubic(first as isize + i as isize).map(T::from_f64);
+            Piece { cubic: along(cubic, from, to - from), part: (to - from) * (1.0 / (part * each)) }
+        })
     }
 }
 
 impl Input for Signal {
     fn piece(&self, within_s: f64) -> motion::equations::Piece {
-        let index = (within_s / self.step_s).floor();
-        let cubic = self.interval(index as isize);
-        motion::equations::Piece { from_s: index * self.step_s, per_s: 1.0 / self.step_s, cubic }
+        let length_s = self.step_s / self.each as f64;
+        let index = (within_s / length_s).floor();
+        let cubic = self.cubic(index as isize);
+        motion::equations::Piece { from_s: index * length_s, per_s: 1.0 / length_s, cubic }
     }
 }
 
 /// A cubic along a part of its way, from `s` on.
-fn along<T: Number>([a, b, c, d]: [T; 4], s: T, length: T) -> [T; 4] {
+pub fn along<T: Number>([a, b, c, d]: [T; 4], s: T, length: T) -> [T; 4] {
     let square = length * length;
     [
         a + s * (b + s * (c + s * d)),
@@ -143,15 +169,27 @@ mod tests {
                 let simpson = |p: Piece<T>| {
                     p.part * (at(p.cubic, 0.0) + at(p.cubic, 0.5) * 4.0 + at(p.cubic, 1.0)) * (1.0 / 6.0)
                 };
-                let pieces = signal.delayed(20, 0.25, 0.5, delay).into_iter().flatten();
-                pieces.fold(T::from_f64(0.0), |sum, p| sum + simpson(p))
+                signal.pieces(20, 0.25, 0.5, Some(delay)).fold(T::from_f64(0.0), |sum, p| sum + simpson(p))
             }
             let slope = mean(&signal, Dual::<1>::variable(0.31, 0)).slopes[0];
             let quotient = (mean(&signal, 0.31 + 1e-6) - mean(&signal, 0.31 - 1e-6)) / 2e-6;
             assert!((slope - quotient).abs() < 1e-5, "{hold:?}: {slope} {quotient}");
-            let whole = signal.delayed(20, 0.0, 1.0, 0.5)[0].unwrap();
+            // After whole steps a stretch without length comes first.
+            let [none, whole] = signal.pieces(20, 0.0, 1.0, Some(0.5)).collect::<Vec<_>>()[..] else {
+                panic!()
+            };
+            assert_eq!(none.part, 0.0);
             assert!((whole.cubic[0] - sine(60)[7 + 19]).abs() < 1e-12);
-            assert!(signal.delayed(0, 0.0, 1.0, 20.0)[0].unwrap().cubic[0] == sine(60)[0]);
+            assert!(signal.pieces(0, 0.0, 1.0, Some(20.0)).all(|piece| piece.cubic[0] == sine(60)[0]));
         }
+    }
+
+    #[test]
+    fn a_delay_that_begins_has_the_slope_of_a_drive_that_jumps() {
+        let signal = Signal::new(&sine(60), 7, 0.5, Hold::ZeroOrder);
+        let pieces = signal.pieces(20, 0.0, 1.0, Some(Dual::<1>::variable(0.0, 0)));
+        let slope: f64 = pieces.map(|p| (p.part * p.cubic[0]).slopes[0]).sum();
+        let jump = sine(60)[7 + 20] - sine(60)[7 + 19];
+        assert!((slope + jump / 0.5).abs() < 1e-12, "{slope} {jump}");
     }
 }

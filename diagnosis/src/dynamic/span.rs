@@ -30,8 +30,8 @@ impl<T: Number> Span<T> {
         Span { from: self.at(s), middle: self.at(half), to: self.to }
     }
 
-    /// The drive after a hysteresis, which has to see where it turns round in between.
-    pub fn remembered(&self, coefficient: T, turns: &mut Turns<T>) -> Span<T> {
+    /// The response of a hysteresis to it, which has to see where the drive turns round in between.
+    pub fn remembered(&self, turns: &mut Turns<T>) -> Span<T> {
         let (from, middle, to) = (self.from.value(), self.middle.value(), self.to.value());
         let (rise, bend) = (to - from, 2.0 * (from + to - 2.0 * middle));
         let vertex = 0.5 * (1.0 - rise / bend);
@@ -40,11 +40,20 @@ impl<T: Number> Span<T> {
                 turns.to(self.at(T::from_f64(vertex)));
             }
         };
-        let from = self.from + coefficient * turns.to(self.from);
+        let from = turns.to(self.from);
         turn(vertex > 0.0 && vertex < 0.5, turns);
-        let middle = self.middle + coefficient * turns.to(self.middle);
+        let middle = turns.to(self.middle);
         turn(vertex > 0.5 && vertex < 1.0, turns);
-        Span { from, middle, to: self.to + coefficient * turns.to(self.to) }
+        Span { from, middle, to: turns.to(self.to) }
+    }
+
+    /// It and so much of another one.
+    pub fn plus(&self, part: T, other: &Span<T>) -> Span<T> {
+        Span {
+            from: self.from + part * other.from,
+            middle: self.middle + part * other.middle,
+            to: self.to + part * other.to,
+        }
     }
 
     /// The parabola with the moments ∫ w ds, ∫ s w ds and ∫ s² w ds.

@@ -1,9 +1,44 @@
-//! Fits of known physics to public recordings.
+//! The simulation of the diagnosis against the one that `simulate` runs, and fits of known physics to public recordings.
+
+use fitter::plant::Hold;
+use motion::Start;
 
 use super::data::{ALL, Data};
-use super::estimate::fit;
+use super::estimate::{Simulated, fit};
 use super::model::{Model, Term};
-use super::{DynamicRecording, effects, score, start};
+use super::{DynamicRecording, effects, plant, score, start};
+
+/// A drive that steps to a new value every 100 ms reaches its limit, and turns round, between its samples: a tenth of the step
+/// above it where it is band-limited, half-way where it is straight.
+#[test]
+fn a_limit_and_a_hysteresis_act_between_the_samples_as_in_the_simulator() {
+    const ROWS: usize = 2000;
+    let step = |k: usize| ((k / 200 * 7919) % 101) as f64 / 50.0 - 1.0;
+    let drive: Vec<f64> = (0..ROWS).map(step).collect();
+    let recording = DynamicRecording::made(5e-4, drive.clone(), vec![1e3; ROWS]);
+    let data = Data::new(&recording);
+    for hold in [Hold::ZeroOrder, Hold::FirstOrder, Hold::BandLimited] {
+        for (id, parameters) in [("drive_saturation", vec![0.35]), ("rayleigh_hysteresis", vec![0.4])] {
+            let term = Term::new(effects::effect(id).expect("an effect"), parameters);
+            let model = Model::nominal([40.0, 4e4, 4e7], hold).with(term);
+            let own = model.positions(&[[0.0; 2]], &data).expect("a stable simulation");
+            let effects = plant::effects(&model);
+            let other = motion::Model {
+                damping: 40.0,
+                stiffness: 4e4,
+                gains: vec![4e7],
+                effects,
+                hold,
+                context: motion::Context { feedback: false },
+            };
+            let start = Start::At { position: 0.0, velocity: 0.0 };
+            let other = other.simulate(&[drive.clone()], recording.step_s, start).expect("a simulation");
+            let apart = own.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let largest = other.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            assert!(apart < 1e-3 * largest, "{id} {hold:?}: {apart} of {largest}");
+        }
+    }
+}
 
 /// What the cubic stiffness alone does for the Silverbox: fitted to the whole training file, simulated on either
 /// test. The constant of the drive, some 8 mV, is no dynamics and is fitted beside it.
@@ -21,7 +56,7 @@ fn a_cubic_stiffness_alone_on_the_silverbox() {
     let plain = start::nominal(&windows).into_iter().next().expect("a plant").model;
     let cubic = effects::effect(effects::CUBIC_STIFFNESS).expect("an effect");
     let constant = effects::effect(effects::DRIVE_OFFSET).expect("an effect");
-    let model = Model { hold: fitter::plant::Hold::BandLimited, ..plain }
+    let model = Model { hold: Hold::BandLimited, ..plain }
         .with(Term::new(cubic, vec![0.0]))
         .with(Term::new(constant, vec![0.0]));
     // Through windows first, as the search does: over the whole recording a wrong frequency loses the phase.

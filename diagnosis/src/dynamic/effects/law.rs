@@ -37,15 +37,6 @@ pub enum Law {
 }
 
 impl Law {
-    /// Changes the drive ([`Part::Drive`](super::Part::Drive)).
-    pub fn drive<T: Number>(self, parameters: &[T], drive: &mut T) {
-        match self {
-            Law::Offset => *drive += parameters[0],
-            Law::Limit => *drive = drive.clamp(parameters[0]),
-            _ => {}
-        }
-    }
-
     /// Adds to the acceleration and sets the rates of the effect's states ([`Part::Force`](super::Part::Force)).
     #[inline(always)]
     pub fn force<T: Number>(self, p: &[T], flow: &mut Flow<T>) {
