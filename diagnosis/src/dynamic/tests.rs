@@ -32,7 +32,8 @@ fn a_limit_and_a_hysteresis_act_between_the_samples_as_in_the_simulator() {
                 context: motion::Context { feedback: false },
             };
             let start = Start::At { position: 0.0, velocity: 0.0 };
-            let other = other.simulate(&[drive.clone()], recording.step_s, start).expect("a simulation");
+            let other =
+                other.simulate(std::slice::from_ref(&drive), recording.step_s, start).expect("a simulation");
             let apart = own.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             let largest = other.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
             assert!(apart < 1e-3 * largest, "{id} {hold:?}: {apart} of {largest}");

@@ -26,8 +26,8 @@ impl Pair<'_> {
     pub(super) fn joined<S: Side>(&self, joint: &Joint<S>) -> Comparison {
         let mut chosen = choose(joint);
         let mut notes = Vec::new();
-        if let Some(unscored) = joint.unscored() {
-            self.keep_shown(joint, &unscored, &mut chosen, &mut notes);
+        if !chosen.is_empty() {
+            self.keep_shown(joint, &joint.without_each(), &mut chosen, &mut notes);
         }
         let changed = groups(&chosen);
         let (same, solved) = (joint.solve(&[]), joint.solve(&changed));
@@ -70,6 +70,10 @@ impl Pair<'_> {
             (true, false) => Kind::Went,
             _ => Kind::Moved,
         };
+        // An effect that may differ in two ways is there once.
+        let others = alternatives.iter().map(|other| &joint.groups[*other].id).filter(|other| *other != id);
+        let mut alternatives: Vec<String> = others.map(|other| self.names.for_both(other)).collect();
+        alternatives.dedup();
         // What has no amount says nothing where it is not there.
         let shown = |mut one: Quantity| {
             if !joint.has_slope(group) && kind != Kind::Moved {
@@ -93,20 +97,16 @@ impl Pair<'_> {
                     .map(|moved| shown(quantity(&moved.then, &moved.now, moved.error)))
                     .collect(),
             },
-            alternatives: alternatives
-                .into_iter()
-                .filter(|other| joint.groups[*other].id != *id)
-                .map(|other| self.names.for_both(&joint.groups[other].id))
-                .collect(),
+            alternatives,
             held_out,
         }
     }
 
-    /// Withdraws what does not predict the rows better that score, and says so; `unscored` is fitted without them.
+    /// Withdraws what does not predict the held-out rows better, and says so; `without` are fitted without those of one kind.
     fn keep_shown<S: Side>(
         &self,
         joint: &Joint<S>,
-        unscored: &Joint<S>,
+        without: &[(usize, Joint<S>)],
         chosen: &mut Vec<Chosen>,
         notes: &mut Vec<String>,
     ) {
@@ -114,9 +114,12 @@ impl Pair<'_> {
         while k < chosen.len() {
             let all = groups(chosen);
             let fewer: Vec<usize> = all.iter().copied().filter(|g| *g != all[k]).collect();
-            let models = [unscored.solve(&fewer), unscored.solve(&all)];
-            let scores = unscored.scores([&models[0], &models[1]]).filter(|scores| !scores.is_empty());
-            chosen[k].held_out = scores.map(|scores| {
+            let scores = without.iter().flat_map(|(kind, joint)| {
+                let models = [joint.solve(&fewer), joint.solve(&all)];
+                joint.scores(*kind, [&models[0], &models[1]]).unwrap_or_default()
+            });
+            let scores: Vec<[f64; 2]> = scores.collect();
+            chosen[k].held_out = (!scores.is_empty()).then(|| {
                 let of = |model: usize| rms(&scores.iter().map(|score| score[model]).collect::<Vec<f64>>());
                 let gains: Vec<f64> = scores.iter().map(|[same, changed]| same - changed).collect();
                 HeldOut { same: of(0), changed: of(1), gain: gain(&gains) }

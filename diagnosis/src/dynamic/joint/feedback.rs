@@ -14,7 +14,7 @@ use super::expansion::{Evaluation, Expansion};
 use super::second_order::readings;
 use super::{Gradient, Group, INERTIA, INERTIA_TITLE, Joint, Of, Side};
 use crate::dynamic::candidates::Candidates;
-use crate::dynamic::data::{Data, Folds, SCORE};
+use crate::dynamic::data::{Data, Folds};
 use crate::dynamic::effects::{DynamicEffect, Part, Reading, under_feedback};
 use crate::dynamic::feedback::errors::covariance;
 use crate::dynamic::feedback::inverse::{Solved, predict, solve};
@@ -264,8 +264,8 @@ impl Side for UnderFeedback<'_> {
         Some(PARTS as f64 - 1.0)
     }
 
-    fn unscored(&self) -> Option<Self> {
-        let wanted = |row: usize| usize::from(self.data.fold[row]) != SCORE;
+    fn without(&self, kind: usize) -> Option<Self> {
+        let wanted = |row: usize| usize::from(self.data.fold[row]) != kind;
         let (motions, model) = (self.motions.clone(), &self.solved.model);
         UnderFeedback::of(self.recording, self.plant, motions, model, &wanted)
     }

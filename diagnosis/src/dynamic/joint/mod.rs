@@ -19,7 +19,7 @@ use numerics::{Symmetric, parallel, rms};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use self::expansion::{Direction, Evaluation, Expansion, Point, estimated, promised, together};
-use super::data::{ALL, Data, Folds, SCORE, UNSCORED};
+use super::data::{ALL, Data, Folds, SCORE};
 use super::interval::{Sort, around};
 use super::model::Term;
 use crate::calibrate::log_tail;
@@ -136,21 +136,26 @@ pub trait Side: Sized + Send + Sync {
         None
     }
 
-    /// The same by the rows alone that do not score.
-    fn unscored(&self) -> Option<Self>;
+    /// The kinds of rows that are held out, one after the other.
+    fn held_out(&self) -> &'static [usize] {
+        &[SCORE]
+    }
+
+    /// The same by the rows alone that are not of a kind.
+    fn without(&self, kind: usize) -> Option<Self>;
 
     /// What packed parameters leave of every row; what belongs to this recording alone is fitted to `folds`.
     fn left(&self, packed: &[f64], folds: Folds) -> Option<Vec<f64>>;
 
-    /// Root mean square of what its own fit leaves of the rows that do not score.
+    /// Root mean square of what its own fit leaves of the rows to which it was fitted.
     fn noise(&self) -> f64;
 
     /// Runs and kinds of rows.
     fn data(&self) -> &Data<'_>;
 
-    /// The stretches of rows that score.
-    fn scored(&self) -> Vec<Range<usize>> {
-        scored(self.data())
+    /// The stretches of rows of a kind.
+    fn stretches(&self, kind: usize) -> Vec<Range<usize>> {
+        stretches(self.data(), kind)
     }
 
     /// The reported parameters of a group at packed parameters, as yet without intervals.
@@ -219,11 +224,11 @@ pub struct Both {
     pub error: f64,
 }
 
-/// The stretches of rows that score.
-fn scored(data: &Data) -> Vec<Range<usize>> {
+/// The stretches of rows of a kind.
+fn stretches(data: &Data, kind: usize) -> Vec<Range<usize>> {
     let mut stretches: Vec<Range<usize>> = Vec::new();
     for run in &data.runs {
-        for row in run.clone().filter(|row| usize::from(data.fold[*row]) == SCORE) {
+        for row in run.clone().filter(|row| usize::from(data.fold[*row]) == kind) {
             match stretches.last_mut().filter(|last| last.end == row && row > run.start) {
                 Some(last) => last.end = row + 1,
                 None => stretches.push(row..row + 1),
@@ -258,11 +263,14 @@ impl<S: Side> Joint<S> {
         own + solved.left + 2.0 * (solved.differing.len() as f64 + (self.sought.max(1) as f64).ln())
     }
 
-    /// The same by the rows alone that do not score.
-    pub fn unscored(&self) -> Option<Joint<S>> {
-        let (a, b) = parallel::join(|| self.sides[0].unscored(), || self.sides[1].unscored());
-        let (sides, groups) = ([a?, b?], self.groups.clone());
-        Some(Joint { sides, groups, sought: self.sought, solved: Mutex::default() })
+    /// The same by the rows alone that are not of a kind, of each kind that is held out.
+    pub fn without_each(&self) -> Vec<(usize, Joint<S>)> {
+        let without = |kind: usize| {
+            let (a, b) = parallel::join(|| self.sides[0].without(kind), || self.sides[1].without(kind));
+            let (sides, groups) = ([a?, b?], self.groups.clone());
+            Some((kind, Joint { sides, groups, sought: self.sought, solved: Mutex::default() }))
+        };
+        self.sides[0].held_out().iter().filter_map(|kind| without(*kind)).collect()
     }
 
     /// The parameters with these groups differing.
@@ -436,19 +444,20 @@ impl<S: Side> Joint<S> {
         Some(rms(&rows.map(|row| left[row]).collect::<Vec<f64>>()))
     }
 
-    /// What two models leave of the stretches of both recordings that score, each a root mean square in the later one's unit;
-    /// those of the earlier one count by the ratio of their noise.
-    pub fn scores(&self, models: [&Solved; 2]) -> Option<Vec<[f64; 2]>> {
+    /// What two models leave of the stretches of both recordings that are of a kind, each a root mean square in the later one's
+    /// unit; those of the earlier one count by the ratio of their noise.
+    pub fn scores(&self, kind: usize, models: [&Solved; 2]) -> Option<Vec<[f64; 2]>> {
+        let others = std::array::from_fn(|other| other != kind);
         let noise = self.sides.each_ref().map(S::noise);
         let mut scores = Vec::new();
         for (recording, side) in self.sides.iter().enumerate() {
-            let left = [0, 1].map(|m| side.left(&models[m].point.packed[recording], UNSCORED));
+            let left = [0, 1].map(|m| side.left(&models[m].point.packed[recording], others));
             let [Some(a), Some(b)] = left else { return None };
             let scale = noise[1] / noise[recording];
             let of = |left: &[f64], rows: &[usize]| {
                 scale * rms(&rows.iter().map(|row| left[*row]).collect::<Vec<f64>>())
             };
-            let stretches = side.scored().into_iter();
+            let stretches = side.stretches(kind).into_iter();
             let rows = stretches.map(|rows| rows.filter(|row| side.counts(*row)).collect::<Vec<usize>>());
             scores.extend(rows.filter(|rows| !rows.is_empty()).map(|rows| [of(&a, &rows), of(&b, &rows)]));
         }

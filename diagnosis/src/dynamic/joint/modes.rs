@@ -282,7 +282,7 @@ impl Side for Structure<'_> {
     }
 
     /// No fit has seen the rows that are held out.
-    fn unscored(&self) -> Option<Self> {
+    fn without(&self, _: usize) -> Option<Self> {
         (!self.plan.held().is_empty()).then(|| self.clone())
     }
 
@@ -310,7 +310,7 @@ impl Side for Structure<'_> {
         &self.data
     }
 
-    fn scored(&self) -> Vec<Range<usize>> {
+    fn stretches(&self, _: usize) -> Vec<Range<usize>> {
         self.plan.held()
     }
 
