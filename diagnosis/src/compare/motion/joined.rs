@@ -6,7 +6,7 @@ use numerics::rms;
 use crate::dynamic::joint::{Joint, Side, Solved};
 use crate::held_out::gain;
 use crate::thresholds::NORMAL_95;
-use crate::thresholds::compare::{FALSE_ALARMS, PRESENT};
+use crate::thresholds::compare::FALSE_ALARMS;
 
 use super::super::choose::visible;
 use super::super::stepwise::stepwise;
@@ -63,7 +63,7 @@ impl Pair<'_> {
         let present = |recording: usize| {
             let own = self.names.within(recording, id);
             self.sides()[recording].effects.iter().any(|effect| effect.id == own)
-                || joint.absence(solved, group, recording) < PRESENT
+                || joint.shows(solved, group, recording)
         };
         let kind = match (present(0), present(1)) {
             (false, true) => Kind::Came,

@@ -402,6 +402,13 @@ impl<S: Side> Joint<S> {
         (-self.surprise(square.max(0.0), amounts.len())).exp()
     }
 
+    /// Whether a group's effect is there in a recording: friction that is negative is none.
+    pub fn shows(&self, solved: &Solved, group: usize, recording: usize) -> bool {
+        let packed = &solved.point.packed[recording];
+        self.absence(solved, group, recording) < PRESENT
+            && self.sides[recording].is_plausible(self.groups[group].of, packed)
+    }
+
     /// Whether the effect of a group has possible parameters in every recording that shows it, where some groups differ.
     pub fn is_plausible(&self, group: usize, changed: &[usize]) -> bool {
         let solved = self.solve(changed);
