@@ -43,7 +43,7 @@ pub struct Flow<'a, T> {
 pub enum Part {
     /// Delays the drive by its parameter.
     Delay,
-    /// Changes the drive, without memory ([`Law::drive`]).
+    /// Changes the drive, without memory: its parameter is an offset or a limit.
     Drive,
     /// Lets the drive lag by its parameter.
     DriveLag,
