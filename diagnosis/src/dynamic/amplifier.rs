@@ -1,4 +1,5 @@
-//! An amplifier's offset and limit: what it makes of a stretch of the drive.
+//! An amplifier's offset and limit: what it makes of a stretch of the drive. Where there is a limit no stretch is more than a
+//! parabola: [`Data::course`](super::data::Data::course) takes the drive of a model that has one so.
 
 use physics::number::Number;
 

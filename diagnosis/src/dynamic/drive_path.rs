@@ -92,7 +92,8 @@ impl<'a, T: Number> DrivePath<'a, T> {
         self.signal.pieces(k, s, part, self.delay).flat_map(move |piece| amplifier.parts(piece))
     }
 
-    /// Moments of what becomes, through lag and hysteresis, of a stretch that has no length but derivatives.
+    /// Moments of a stretch that has no length but derivatives, behind the lag. What a hysteresis adds to these derivatives is left
+    /// out: they only say where a fit goes from a delay of whole steps.
     fn begun(&mut self, drive: T, time: T) -> [T; 3] {
         let reached = match &mut self.lag {
             Some((tau, lag)) => {
@@ -104,7 +105,7 @@ impl<'a, T: Number> DrivePath<'a, T> {
         moments([reached, T::from_f64(0.0), T::from_f64(0.0), T::from_f64(0.0)])
     }
 
-    /// The same of any other stretch: exact but for the response of the hysteresis.
+    /// Moments of any other stretch behind lag and hysteresis: exact but for the response of the hysteresis.
     fn passed(&mut self, cubic: [T; 4], time: T) -> [T; 3] {
         let [a, b, c, d] = cubic;
         // The lag's transient takes an exponential, which nothing else needs half-way.
@@ -131,9 +132,8 @@ mod tests {
     use crate::dynamic::model::Term;
     use fitter::plant::Hold;
 
-    /// A jump of a held drive arrives in the middle of a step after a delay, and the mean of the step has it.
-    #[test]
-    fn a_delayed_jump_has_its_moments() {
+    /// Moments of the first four steps along a held drive that jumps to 1 at the third.
+    fn along_a_jump(model: &Model) -> Vec<[f64; 3]> {
         let drive = [0.0, 0.0, 1.0, 1.0, 1.0];
         let signal = Signal::new(&drive, 0, 1e-3, Hold::ZeroOrder);
         let course = Course {
@@ -145,11 +145,17 @@ mod tests {
             before: &[],
             lead: &[],
         };
+        let theta = Theta::plain(model);
+        let mut path = DrivePath::new(model, &theta, &course, 0);
+        (0..4).map(|k| path.span(k, 0.0, 1.0, 1e-3).moments()).collect()
+    }
+
+    /// A jump of a held drive arrives in the middle of a step after a delay, and the mean of the step has it.
+    #[test]
+    fn a_delayed_jump_has_its_moments() {
         let delay = Term::new(effect("transport_delay").unwrap(), vec![0.3e-3]);
         let model = Model::nominal([1.0, 1.0, 1.0], Hold::ZeroOrder).with(delay);
-        let theta = Theta::plain(&model);
-        let mut path = DrivePath::new(&model, &theta, &course, 0);
-        let [m0, m1, m2] = path.span(2, 0.0, 1.0, 1e-3).moments();
+        let [m0, m1, m2] = along_a_jump(&model)[2];
         assert!((m0 - 0.7).abs() < 1e-12);
         assert!((m1 - 0.5 * (1.0 - 0.09)).abs() < 1e-12);
         assert!((m2 - (1.0 - 0.027) / 3.0).abs() < 1e-12);
@@ -158,26 +164,10 @@ mod tests {
     /// A lag shorter than a sample, whose transient is no parabola, keeps its moments beside a hysteresis of no strength.
     #[test]
     fn a_hysteresis_of_no_strength_changes_nothing_behind_a_lag() {
-        let drive = [0.0, 0.0, 1.0, 1.0, 1.0];
-        let signal = Signal::new(&drive, 0, 1e-3, Hold::ZeroOrder);
-        let course = Course {
-            signal: &signal,
-            step_s: 1e-3,
-            rows: 5,
-            start_s: 0.0,
-            bound: 1.0,
-            before: &[],
-            lead: &[],
-        };
         let term = |id: &str, value: f64| Term::new(effect(id).unwrap(), vec![value]);
         let lagging = Model::nominal([1.0, 1.0, 1.0], Hold::ZeroOrder).with(term("drive_lag", 1e-4));
-        let moments = |model: &Model| -> Vec<[f64; 3]> {
-            let theta = Theta::plain(model);
-            let mut path = DrivePath::new(model, &theta, &course, 0);
-            (0..4).map(|k| path.span(k, 0.0, 1.0, 1e-3).moments()).collect()
-        };
-        let without = moments(&lagging);
-        let with = moments(&lagging.with(term("rayleigh_hysteresis", 0.0)));
+        let without = along_a_jump(&lagging);
+        let with = along_a_jump(&lagging.with(term("rayleigh_hysteresis", 0.0)));
         assert!((without[2][0] - (1.0 - 0.1)).abs() < 1e-4, "{without:?}");
         for (a, b) in without.iter().flatten().zip(with.iter().flatten()) {
             assert!((a - b).abs() < 1e-12, "{without:?} {with:?}");

@@ -79,19 +79,12 @@ fn record(model: &Looped, amplitudes: &[f64], noise: f64) -> DynamicRecording {
         }
     }
     DynamicRecording {
-        further: Vec::new(),
-        file: "made.csv".into(),
-        sha256: String::new(),
-        step_s: 1e-3,
-        t_s: (0..period.len()).map(|k| k as f64 * 1e-3).collect(),
         drives: drives.into_iter().map(Into::into).collect(),
         positions: positions.into_iter().map(Into::into).collect(),
         runs,
-        period: Some(period),
+        period: Some(period.clone()),
         amplitude: Some(amplitude.into()),
-        command: None,
-        bad_rows: Vec::new(),
-        notes: Vec::new(),
+        ..DynamicRecording::made(1e-3, vec![0.0; period.len()], Vec::new())
     }
 }
 
