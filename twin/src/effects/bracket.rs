@@ -233,21 +233,26 @@ struct Pads {
     end_rad: f64,
 }
 
+impl Pads {
+    /// Where the last such excursion went, that to here included.
+    fn end_with(&self, here: f64) -> f64 {
+        let further = here.abs() > self.end_rad.abs() || here * self.end_rad < 0.0;
+        if here.abs() > self.beyond_rad && further { here } else { self.end_rad }
+    }
+}
+
 impl Mechanism for Pads {
     fn seen_rotation_rad(&self, pose: &Pose) -> f64 {
-        if self.end_rad == 0.0 {
+        let end_rad = self.end_with(pose.frame_rad);
+        if end_rad == 0.0 {
             return 0.0;
         }
-        let away = (pose.frame_rad - self.end_rad).abs() / self.width_rad;
-        self.amplitude_rad * self.end_rad.signum() * (-away).exp()
+        let away = (pose.frame_rad - end_rad).abs() / self.width_rad;
+        self.amplitude_rad * end_rad.signum() * (-away).exp()
     }
 
     fn settled(&mut self, pose: &Pose) {
-        let here = pose.frame_rad;
-        let further = here.abs() > self.end_rad.abs() || here * self.end_rad < 0.0;
-        if here.abs() > self.beyond_rad && further {
-            self.end_rad = here;
-        }
+        self.end_rad = self.end_with(pose.frame_rad);
     }
 }
 
