@@ -368,6 +368,9 @@ pub mod dynamic {
         pub const BY_CHANCE: f64 = 1e-3;
         /// Simpler effects beside which a second one is sought, where a richer one is the best.
         pub const SIMPLER: usize = 2;
+        /// Innovation of a residual over its root mean square above which it is as white as noise, and no effect is exchanged: a
+        /// noise that is alike over two samples has 0.8.
+        pub const WHITE: f64 = 0.9;
         /// Effects beside which a second one is sought, where none is worth its parameters alone: by judgement, so that a
         /// search that ends in structure takes twice as long at most.
         pub const PAIRED: usize = 2;

@@ -13,6 +13,8 @@ use super::run::{At, Run};
 const MOST_EVENTS: usize = 6;
 /// Slope of an argument where it passes zero, over its change in the step, below which it grazes.
 const GRAZING: f64 = 1e-6;
+/// Change of an argument where an input enters another stretch, over the argument, up to which it is rounding.
+const ROUNDED: f64 = 1e-9;
 /// Steps of the search for the instant of an event.
 const MOST_STEPS: usize = 30;
 
@@ -40,10 +42,40 @@ impl<T: Number> Run<'_, T> {
         }
     }
 
+    /// Lets the inputs enter another stretch at `t_s`. A held input jumps there: switches whose argument jumps with it go to the
+    /// side where it lands.
+    fn enter_turning(&mut self, t_s: f64, enter: impl FnOnce(&mut Self)) {
+        if self.sides.is_empty() {
+            return enter(self);
+        }
+        let from = self.arguments(t_s, At::Before);
+        enter(self);
+        // A switch may be within the argument of another.
+        for _ in 0..self.sides.len() {
+            let to = self.arguments(t_s, At::Before);
+            let mut turned = false;
+            for (switch, (from, to)) in from.iter().zip(to).enumerate() {
+                if (to - from).abs() <= ROUNDED * f64::max(from.abs(), to.abs()) {
+                    continue;
+                }
+                let side = match to {
+                    to if to < 0.0 => Side::Below,
+                    to if to > 0.0 => Side::Above,
+                    _ => self.side_after(switch, t_s, None),
+                };
+                turned |= side != self.sides[switch];
+                self.sides[switch] = side;
+            }
+            if !turned {
+                break;
+            }
+        }
+    }
+
     /// One step of `h` seconds from `t_s` on, divided where a row comes through a delay and where a switch changes its side.
     pub fn advance(&mut self, t_s: f64, h: f64) {
         let plays = self.plays_before(t_s, h);
-        self.enter(t_s + 0.5 * h);
+        self.enter_turning(t_s, |run| run.enter(t_s + 0.5 * h));
         let breaks = self.breaks(t_s, t_s + h);
         if breaks.is_empty() {
             self.stretch(T::from_f64(t_s), T::from_f64(h), false);
@@ -52,7 +84,8 @@ impl<T: Number> Run<'_, T> {
             for end in breaks.into_iter().chain([T::from_f64(t_s + h)]) {
                 // What comes at `end` is not here yet, however short the stretch.
                 let before = end.value() - 2.0 * NEAR * self.course.sample_s;
-                self.enter_ago(before.min(0.5 * (now + end).value()));
+                let within_s = before.min(0.5 * (now + end).value());
+                self.enter_turning(now.value(), |run| run.enter_ago(within_s));
                 self.stretch(now, end - now, true);
                 now = end;
             }

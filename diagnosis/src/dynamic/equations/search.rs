@@ -16,11 +16,12 @@ use super::super::search::{Augmented, gain, worth};
 use super::model::{Model, Term};
 use super::start::{Nominal, estimated, relaxed, within};
 use crate::thresholds::dynamic::equations::{
-    BY_CHANCE, IN_STEP, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS,
+    BY_CHANCE, IN_STEP, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS, WHITE,
 };
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::remainder::PREDICTED;
 use crate::thresholds::dynamic::search::contenders::REFITTED;
+use crate::thresholds::dynamic::search::{GAIN_PER_PARAMETER, LEAST_GAIN, MOST_EXCHANGES};
 
 /// The search, the user's own effects first.
 pub type Search<'a> = super::super::search::Search<'a, Model>;
@@ -124,8 +125,17 @@ impl Augmented for Model {
 impl Search<'_> {
     /// The effects beside a plant.
     pub fn run(&self, nominal: &Nominal) -> Option<Fitted<Model>> {
-        let mut present = self.fit(&nominal.free.model, &nominal.free.states)?;
-        let mut observed = nominal.observed.clone();
+        let first = self.fit(&nominal.free.model, &nominal.free.states)?;
+        let mut present = self.grown(first, nominal.observed.clone());
+        for _ in 0..MOST_EXCHANGES {
+            let Some(better) = self.exchanged(&present) else { break };
+            present = self.grown(better.clone(), vec![better]);
+        }
+        Some(present)
+    }
+
+    /// The model with effects for as long as one is worth its parameters; estimates of it under an observer beside it.
+    fn grown(&self, mut present: Fitted<Model>, mut observed: Vec<Fitted<Model>>) -> Fitted<Model> {
         while present.model.terms.len() < MOST_TERMS {
             let mut contenders = self.contenders(std::slice::from_ref(&present));
             if self.structured(&present) && !self.keeps_step(&present) {
@@ -138,7 +148,29 @@ impl Search<'_> {
             present = self.pruned(next);
             observed = vec![present.clone()];
         }
-        Some(present)
+        present
+    }
+
+    /// A clearly better model with another effect in the place of one, where what is left is not white: what was taken first was
+    /// the best beside less.
+    fn exchanged(&self, present: &Fitted<Model>) -> Option<Fitted<Model>> {
+        if self.innovation(present)? > WHITE * present.rms(ALL) {
+            return None;
+        }
+        let merit = |f: &Fitted<Model>, folds| {
+            let more = f.model.packed().len() as f64 - present.model.packed().len() as f64;
+            gain(present, f, folds) - GAIN_PER_PARAMETER * more
+        };
+        let better =
+            |f: &Fitted<Model>| [FIT_ROWS, CHOOSE_ROWS].iter().all(|rows| merit(f, *rows) > LEAST_GAIN);
+        let in_place_of = |k: usize| {
+            let without = self.fit(&present.model.without(k)?, &present.states)?;
+            Some(self.contenders(std::slice::from_ref(&without)))
+        };
+        let all = (self.given..present.model.terms.len()).filter_map(in_place_of).flatten();
+        let best =
+            all.filter(better).max_by(|a, b| merit(a, CHOOSE_ROWS).total_cmp(&merit(b, CHOOSE_ROWS)))?;
+        Some(self.pruned(best))
     }
 
     /// The model with the effect that is worth most, or, where none is worth its parameters alone, with two.
@@ -211,9 +243,11 @@ impl Search<'_> {
 
     /// Whether what a model leaves is nearly all predicted by its own past.
     fn structured(&self, fitted: &Fitted<Model>) -> bool {
-        let structured = |residual: Vec<f64>| {
-            autoregression(&residual, &self.data.runs).innovation <= PREDICTED * fitted.rms(ALL)
-        };
-        fitted.residual(self.data).is_some_and(structured)
+        self.innovation(fitted).is_some_and(|innovation| innovation <= PREDICTED * fitted.rms(ALL))
+    }
+
+    /// Root mean square of what the past of what a model leaves does not predict of it.
+    fn innovation(&self, fitted: &Fitted<Model>) -> Option<f64> {
+        Some(autoregression(&fitted.residual(self.data)?, &self.data.runs).innovation)
     }
 }

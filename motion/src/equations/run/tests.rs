@@ -148,3 +148,34 @@ fn half_the_step_is_more_accurate_by_the_order_of_the_rule() {
         assert!(ratio > f64::from(order) - 0.5, "{substeps}: {once:e} {twice:e}");
     }
 }
+
+/// What a held input jumps over within |u|, a limit, or one within the other.
+#[test]
+fn a_held_input_that_jumps_across_a_switch_is_on_the_other_side_at_once() {
+    let drive = [0.5, -2.0, 0.0, 3.0, -0.25, 1.5, 1.5];
+    let signal =
+        Signal::new(&drive, 0.0, 0.1, fitter::plant::Hold::ZeroOrder, crate::signal::Edge::Reflected);
+    let signals: [&dyn Input; 1] = [&signal];
+    let course = Course { signals: &signals, rows: 7, sample_s: 0.1, ..course(1) };
+    let rates: [(&str, fn(f64) -> f64); 4] = [
+        ("abs(u)", f64::abs),
+        ("max(min(u, 1), -1)", |u| u.clamp(-1.0, 1.0)),
+        ("hinge(u, 0.75)", |u| (u - 0.75).max(0.0)),
+        ("sign(abs(u) - 1)", |u| if u.abs() < 1.0 { -1.0 } else { 1.0 }),
+    ];
+    for (text, rate) in rates {
+        let file = format!(
+            "[plant]\nkind = \"equations\"\ninputs = {{ u = \"1\" }}\n\
+             states = {{ x = {{ unit = \"1/s\", start = 0.0 }} }}\noutput = {{ y = \"x\" }}\n\
+             [plant.equations]\nx = \"c * {text}\"\n[plant.parameters]\nc = {{ unit = \"1/s^2\", value = 1.0 }}\n"
+        );
+        let file = PlantFile::parse("plant.toml", &file).unwrap();
+        let plant = Plant::of("plant.toml", &file).unwrap().unwrap();
+        let outputs = System::new(&plant, &[]).unwrap().outputs(&[1.0], &[0.0], &course).unwrap();
+        let mut exact = 0.0;
+        for (k, output) in outputs.iter().enumerate() {
+            assert!((output - exact).abs() < 1e-12, "{text}, row {k}: {output} instead of {exact}");
+            exact += 0.1 * rate(drive[k]);
+        }
+    }
+}
