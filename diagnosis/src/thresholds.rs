@@ -368,6 +368,10 @@ pub mod dynamic {
         pub const BY_CHANCE: f64 = 1e-3;
         /// Simpler effects beside which a second one is sought, where a richer one is the best.
         pub const SIMPLER: usize = 2;
+        /// Steps in which the factors of a new effect alone are estimated: they are linear in what it adds.
+        pub const FACTORS_FIRST: usize = 2;
+        /// Models with one effect exchanged that are pruned and compared.
+        pub const EXCHANGED: usize = 3;
         /// Innovation of a residual over its root mean square above which it is as white as noise, and no effect is exchanged: a
         /// noise that is alike over two samples has 0.8.
         pub const WHITE: f64 = 0.9;

@@ -9,18 +9,18 @@ use numerics::parallel;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::super::data::{ALL, CHOOSE, CHOOSE_ROWS, Data, FIT, FIT_ROWS, Folds};
-use super::super::estimate::{Fitted, Simulated};
+use super::super::estimate::{Fitted, Simulated, fit_in};
 use super::super::noise::autoregression;
 use super::super::search::contenders::best_of_each;
 use super::super::search::{Augmented, gain, worth};
 use super::model::{Model, Term};
 use super::start::{Nominal, estimated, relaxed, within};
 use crate::thresholds::dynamic::equations::{
-    BY_CHANCE, IN_STEP, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS, WHITE,
+    BY_CHANCE, EXCHANGED, FACTORS_FIRST, IN_STEP, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS, WHITE,
 };
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::remainder::PREDICTED;
-use crate::thresholds::dynamic::search::contenders::REFITTED;
+use crate::thresholds::dynamic::search::contenders::{HEAT, REFITTED};
 use crate::thresholds::dynamic::search::{GAIN_PER_PARAMETER, LEAST_GAIN, MOST_EXCHANGES};
 
 /// The search, the user's own effects first.
@@ -108,6 +108,17 @@ impl Augmented for Model {
         estimated(self, states, data, folds)
     }
 
+    /// The new term's factors first: beside factors of almost nothing a step would throw its other parameters anywhere.
+    fn begun(&self, states: &[Vec<f64>], data: &Data) -> Option<Fitted<Model>> {
+        let with = |model: &Model, kept: bool| {
+            let mut model = model.clone();
+            model.terms.iter_mut().next_back().into_iter().for_each(|term| term.kept = kept);
+            model
+        };
+        let first = fit_in(FACTORS_FIRST, &with(self, true), states, data, FIT_ROWS)?;
+        fit_in(HEAT, &with(&first.model, false), &first.states, data, FIT_ROWS)
+    }
+
     fn finished(search: &Search, fitted: Fitted<Model>) -> Option<Fitted<Model>> {
         let fitted = search.fit(&fitted.model, &fitted.states)?;
         let sound =
@@ -151,26 +162,28 @@ impl Search<'_> {
         present
     }
 
-    /// A clearly better model with another effect in the place of one, where what is left is not white: what was taken first was
-    /// the best beside less.
+    /// A clearly better or shorter model with another effect in the place of one: what was taken first was the best beside less,
+    /// and what came later may only mend it. None where one effect leaves what is as white as noise.
     fn exchanged(&self, present: &Fitted<Model>) -> Option<Fitted<Model>> {
-        if self.innovation(present)? > WHITE * present.rms(ALL) {
+        let effects = self.given..present.model.terms.len();
+        if effects.len() < 2 && self.innovation(present)? > WHITE * present.rms(ALL) {
             return None;
         }
         let merit = |f: &Fitted<Model>, folds| {
-            let more = f.model.packed().len() as f64 - present.model.packed().len() as f64;
-            gain(present, f, folds) - GAIN_PER_PARAMETER * more
+            let fewer = present.model.packed().len() as f64 - f.model.packed().len() as f64;
+            gain(present, f, folds) + GAIN_PER_PARAMETER * fewer
         };
-        let better =
-            |f: &Fitted<Model>| [FIT_ROWS, CHOOSE_ROWS].iter().all(|rows| merit(f, *rows) > LEAST_GAIN);
         let in_place_of = |k: usize| {
             let without = self.fit(&present.model.without(k)?, &present.states)?;
             Some(self.contenders(std::slice::from_ref(&without)))
         };
-        let all = (self.given..present.model.terms.len()).filter_map(in_place_of).flatten();
-        let best =
-            all.filter(better).max_by(|a, b| merit(a, CHOOSE_ROWS).total_cmp(&merit(b, CHOOSE_ROWS)))?;
-        Some(self.pruned(best))
+        let mut all: Vec<Fitted<Model>> = effects.filter_map(in_place_of).flatten().collect();
+        all.retain(|f| merit(f, CHOOSE_ROWS) > 0.0);
+        all.sort_by(|a, b| merit(b, CHOOSE_ROWS).total_cmp(&merit(a, CHOOSE_ROWS)));
+        all.truncate(EXCHANGED);
+        let mut all: Vec<Fitted<Model>> = all.into_iter().map(|f| self.pruned(f)).collect();
+        all.retain(|f| [FIT_ROWS, CHOOSE_ROWS].iter().all(|rows| merit(f, *rows) > LEAST_GAIN));
+        all.into_iter().max_by(|a, b| merit(a, CHOOSE_ROWS).total_cmp(&merit(b, CHOOSE_ROWS)))
     }
 
     /// The model with the effect that is worth most, or, where none is worth its parameters alone, with two.

@@ -1,8 +1,9 @@
 //! What a search asks of a model that effects can be added to.
 
 use super::Search;
-use crate::dynamic::data::{Data, Folds};
-use crate::dynamic::estimate::{Fitted, Simulated};
+use crate::dynamic::data::{Data, FIT_ROWS, Folds};
+use crate::dynamic::estimate::{Fitted, Simulated, fit_in};
+use crate::thresholds::dynamic::search::contenders::HEAT;
 
 /// See the module.
 pub trait Augmented: Simulated {
@@ -54,6 +55,11 @@ pub trait Augmented: Simulated {
 
     /// The model fitted to the wanted kinds of rows.
     fn fitted(&self, states: &[Self::Start], data: &Data, folds: Folds) -> Option<Fitted<Self>>;
+
+    /// The first steps of an estimate on the rows that fit; the last term is new.
+    fn begun(&self, states: &[Self::Start], data: &Data) -> Option<Fitted<Self>> {
+        fit_in(HEAT, self, states, data, FIT_ROWS)
+    }
 
     /// A contender that was compared after a few steps, followed to the end.
     fn finished(search: &Search<Self>, fitted: Fitted<Self>) -> Option<Fitted<Self>>;

@@ -6,7 +6,7 @@ use super::{Augmented, LEAST_GAIN, Search, gain, last_id};
 use crate::dynamic::data::{CHOOSE, FIT, FIT_ROWS};
 use crate::dynamic::estimate::{Fitted, fit_in};
 use crate::dynamic::screen::screen;
-use crate::thresholds::dynamic::search::contenders::{BEHIND, HEAT, REFITTED, SHORT};
+use crate::thresholds::dynamic::search::contenders::{BEHIND, REFITTED, SHORT};
 
 /// What a term beside one of several estimates promises on the rows that fit, as −2 log likelihood.
 #[derive(Clone, Copy)]
@@ -50,8 +50,7 @@ impl<M: Augmented> Search<'_, M> {
             let further = M::further(self, base, candidates);
             models.extend(further.into_iter().map(|model| (model, &base.states[..])));
         }
-        let tried =
-            parallel::filter_map(&models, |(model, states)| fit_in(HEAT, model, states, self.data, FIT_ROWS));
+        let tried = parallel::filter_map(&models, |(model, states)| model.begun(states, self.data));
         // What is far behind one with no more parameters after a few steps is not followed to its end.
         let size = |f: &Fitted<M>| f.model.packed().len();
         let behind =
