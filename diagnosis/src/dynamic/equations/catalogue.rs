@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use fitter::plant::equations::{EffectText, Part, PlantParameter, declared};
 use motion::equations::{MotionEffect, Plant};
+use numerics::{mean, range};
 use physics::Unit;
 
 use super::super::data::Data;
+use super::super::recording::DynamicRecording;
 use crate::thresholds::dynamic::equations::{MOMENT, PLACES};
 
 /// The catalogue as it is written.
@@ -25,8 +27,8 @@ struct Binding<'a> {
     next: Option<&'a (String, Unit)>,
     input: Option<&'a (String, Unit)>,
     output: Option<(&'a String, &'a Unit)>,
-    /// A further column of the recording.
-    column: Option<&'a (String, Unit)>,
+    /// A further column of the recording, and its mean as it is written.
+    column: Option<(&'a (String, Unit), &'a str)>,
 }
 
 /// The entries of the catalogue.
@@ -56,15 +58,34 @@ fn form_entries(step_s: f64) -> Vec<EffectText> {
 /// Every effect of the catalogue in every place of a plant into which it fits; the first so many inputs are drives, the
 /// others further columns. Where there are several places the id ends in the name of the place.
 pub fn effects(plant: &Plant, drives: usize) -> Vec<Arc<MotionEffect>> {
-    placed("catalogue.toml", &entries(), plant, drives)
+    placed("catalogue.toml", &entries(), plant, drives, &[])
 }
 
-/// The forms without a name, likewise.
-pub fn forms(plant: &Plant, drives: usize, step_s: f64) -> Vec<Arc<MotionEffect>> {
-    placed("forms.toml", &form_entries(step_s), plant, drives)
+/// The forms without a name, likewise; of further columns around their mean, so that what else goes with the state keeps the
+/// value that it has there.
+pub fn forms(plant: &Plant, recording: &DynamicRecording) -> Vec<Arc<MotionEffect>> {
+    let drives = recording.drives.len();
+    let middles: Vec<String> =
+        plant.inputs.iter().skip(drives).map(|(column, _)| middle(recording, column)).collect();
+    placed("forms.toml", &form_entries(recording.step_s), plant, drives, &middles)
 }
 
-fn placed<'p>(file: &str, entries: &[EffectText], plant: &'p Plant, drives: usize) -> Vec<Arc<MotionEffect>> {
+/// The mean of a column to a thousandth of its range, as it is written.
+fn middle(recording: &DynamicRecording, column: &str) -> String {
+    let values = recording.further.iter().find(|(name, _)| name == column).map(|(_, values)| values);
+    let Some(values) = values else { return "0".into() };
+    let (low, high) = range(values);
+    let decimals = (3.0 - (high - low).max(f64::MIN_POSITIVE).log10()).ceil().clamp(0.0, 12.0) as usize;
+    format!("{:.decimals$}", mean(values))
+}
+
+fn placed<'p>(
+    file: &str,
+    entries: &[EffectText],
+    plant: &'p Plant,
+    drives: usize,
+    middles: &'p [String],
+) -> Vec<Arc<MotionEffect>> {
     let (inputs, columns) = plant.inputs.split_at(drives.min(plant.inputs.len()));
     let momenta: Vec<[&(String, Unit); 2]> = plant
         .states
@@ -84,8 +105,11 @@ fn placed<'p>(file: &str, entries: &[EffectText], plant: &'p Plant, drives: usiz
         }
         let several = bindings.len() > 1;
         if reads(entry, "z") {
-            let columns =
-                |of: Binding<'p>| columns.iter().map(move |z| Binding { column: Some(z), ..of.clone() });
+            let columns = |of: Binding<'p>| {
+                let one =
+                    move |(z, middle): (_, &'p String)| Binding { column: Some((z, middle)), ..of.clone() };
+                columns.iter().zip(middles).map(one)
+            };
             bindings = bindings.into_iter().flat_map(columns).collect();
         }
         let bound = |binding: &Binding| {
@@ -95,7 +119,7 @@ fn placed<'p>(file: &str, entries: &[EffectText], plant: &'p Plant, drives: usiz
                 let (place, _) = state.or(binding.input)?;
                 text.id = format!("{}_{place}", text.id);
             }
-            if let Some((column, _)) = binding.column {
+            if let Some(((column, _), _)) = binding.column {
                 text = of_column(text, column);
             }
             plant.effect(file, &text).ok().map(Arc::new)
@@ -169,7 +193,11 @@ fn bound<'p>(entry: &EffectText, binding: &Binding<'p>) -> Option<EffectText> {
         "next" => binding.next.map(|(next, _)| next.clone()),
         "u" => binding.input.map(|(u, _)| u.clone()),
         "y" => binding.output.map(|(y, _)| y.clone()),
-        "z" => binding.column.map(|(z, _)| z.clone()),
+        "z" => binding.column.map(|((z, _), _)| z.clone()),
+        "middle" => binding.column.map(|((_, unit), middle)| match middle.starts_with('-') {
+            true => format!("({middle} [{unit}])"),
+            false => format!("{middle} [{unit}]"),
+        }),
         _ => None,
     };
     let place = |map: &std::collections::BTreeMap<String, String>| {
@@ -188,7 +216,8 @@ fn bound<'p>(entry: &EffectText, binding: &Binding<'p>) -> Option<EffectText> {
     let position = state.or(binding.output.map(|(_, unit)| unit));
     let parameter = |(name, parameter): (&String, &PlantParameter)| {
         let mut unit = Unit::parse(&parameter.unit).ok()?;
-        let [input, column, next] = [binding.input, binding.column, binding.next].map(unit_of);
+        let column = binding.column.map(|(column, _)| column);
+        let [input, column, next] = [binding.input, column, binding.next].map(unit_of);
         for (own, of_plant) in [("p", position), ("q", input), ("r", column), ("n", next)] {
             if let Some(of_plant) = of_plant {
                 unit = unit.with(own, of_plant);
@@ -270,14 +299,16 @@ mod tests {
                     [plant.parameters]\nk = { unit = \"1/s^2\", value = 3 }\ng = { unit = \"mm/(s^2 A)\", value = 1 }\n";
         let file = PlantFile::parse("plant.toml", text).unwrap();
         let plant = Plant::of("plant.toml", &file).unwrap().unwrap();
-        let (forms, mut all) = (forms(&plant, 1, 1e-3), form_entries(1e-3));
+        let mut recording = DynamicRecording::made(1e-3, vec![0.0; 3], vec![0.0; 3]);
+        recording.further.push(("load_n".into(), vec![20.0, 22.0, 27.001].into()));
+        let (forms, mut all) = (forms(&plant, &recording), form_entries(1e-3));
         all.retain(|form| !form.equation.contains_key("level"));
         let ids: Vec<&str> = forms.iter().map(|form| form.text.id.as_str()).collect();
         assert!(all.len() > PLACES && forms.len() == all.len(), "{ids:?} of {}", all.len());
         assert!(ids.contains(&"form_near_8") && ids.contains(&"form_stiffness_with_load_n"), "{ids:?}");
         assert!(forms.iter().all(|form| !form.text.readings.is_empty() && !form.text.experiment.is_empty()));
         let gain = forms.iter().find(|form| form.text.id == "form_gain_with_load_n").unwrap();
-        assert_eq!(gain.formula(&plant), "w += c * load_n * w");
+        assert_eq!(gain.formula(&plant), "w += c * (load_n - 23.000 [N]) * w");
         assert_eq!(gain.parameters[0].unit, Unit::parse("1/N").unwrap());
     }
 
@@ -292,7 +323,7 @@ mod tests {
                     g = { unit = \"cm/(s V)\", value = 1 }\nc = { unit = \"K/(s V)\", value = 1 }\n";
         let file = PlantFile::parse("plant.toml", text).unwrap();
         let plant = Plant::of("plant.toml", &file).unwrap().unwrap();
-        let forms = forms(&plant, 1, 0.5);
+        let forms = forms(&plant, &DynamicRecording::made(0.5, vec![0.0; 3], vec![0.0; 3]));
         let of = |id: &str| forms.iter().find(|form| form.text.id == id).map(|form| form.formula(&plant));
         // Where it overflows is sought in parts of the recorded level: of a temperature there is none.
         assert!(of("form_overflow_h").is_some() && of("form_overflow_k").is_none());

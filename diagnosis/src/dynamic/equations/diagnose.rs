@@ -56,7 +56,7 @@ pub fn attempt<T>(
 ) -> Result<T, DiagnosisError> {
     let (recording, options) = (case.recording, case.options);
     let plant = Plant::of(case.plant_file, case.plant).ok_or_else(|| no_equations(recording, 100.0))??;
-    let drives = recording.drives.len();
+    let (as_read, drives) = (recording, recording.drives.len());
     let recording = &recording.with_inputs(&plant.inputs);
     let held_out = case.held_out.map(|other| other.with_inputs(&plant.inputs));
     let case = &Case { recording, held_out: held_out.as_ref(), ..*case };
@@ -83,7 +83,7 @@ pub fn attempt<T>(
     let catalogued = verdict::ids(&of_catalogue);
     effects.extend(of_catalogue.into_iter().filter(|effect| !skip(&effect.text.id)));
     if with_forms {
-        effects.extend(catalogue::forms(&plant, drives, data.step_s));
+        effects.extend(catalogue::forms(&plant, as_read));
     }
     effects.iter_mut().for_each(|effect| *effect = Arc::new(catalogue::scaled(effect, &data)));
     let search = Search { data: windows, catalogue: effects, given: seen.model.terms.len() };

@@ -4,7 +4,7 @@ use numerics::parallel;
 
 use super::{Augmented, Search, gain, last_id};
 use crate::dynamic::data::{ALL, Data, FIT_ROWS, SCORE, SCORE_ROWS, UNSCORED};
-use crate::dynamic::estimate::{Fitted, fit};
+use crate::dynamic::estimate::Fitted;
 use crate::dynamic::verdict::shared;
 use crate::thresholds::dynamic::diagnose::MOVED;
 use crate::verdict::NamedEffect;
@@ -21,7 +21,7 @@ impl<M: Augmented> Search<'_, M> {
         said: impl Fn(usize, f64, Vec<String>) -> NamedEffect + Sync,
     ) -> Vec<NamedEffect> {
         let one = |k: usize| {
-            let without = fit(&found.model.without(k)?, &found.states, data, ALL)?;
+            let without = found.model.without(k)?.fitted(&found.states, data, ALL)?;
             let effect = said(k, gain(&without, found, ALL), self.alternatives(small, k, margin));
             Some((without.cost(ALL) - found.cost(ALL), effect))
         };
@@ -51,7 +51,7 @@ impl<M: Augmented> Search<'_, M> {
     pub fn idle(&self, with: &Fitted<M>, data: &Data) -> Option<String> {
         let predicted = with.positions(data).ok()?;
         let gained = |k: usize| {
-            let without = fit(&with.model.without(k)?, &with.states, data, UNSCORED)?;
+            let without = with.model.without(k)?.fitted(&with.states, data, UNSCORED)?;
             let other = without.positions(data).ok()?;
             let rows = data.runs.iter().flat_map(|r| r.clone()).filter(|k| data.fold[*k] as usize == SCORE);
             let moved: f64 = rows.map(|k| (predicted[k] - other[k]).powi(2)).sum();
