@@ -370,11 +370,6 @@ pub mod dynamic {
         pub const SIMPLER: usize = 2;
         /// Steps in which the factors of a new effect alone are estimated: they are linear in what it adds.
         pub const FACTORS_FIRST: usize = 2;
-        /// Models with one effect exchanged that are pruned and compared.
-        pub const EXCHANGED: usize = 3;
-        /// Innovation of a residual over its root mean square above which it is as white as noise, and no effect is exchanged: a
-        /// noise that is alike over two samples has 0.8.
-        pub const WHITE: f64 = 0.9;
         /// Effects beside which a second one is sought, where none is worth its parameters alone: by judgement, so that a
         /// search that ends in structure takes twice as long at most.
         pub const PAIRED: usize = 2;

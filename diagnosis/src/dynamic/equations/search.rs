@@ -16,12 +16,11 @@ use super::super::search::{Augmented, gain, worth};
 use super::model::{Model, Term};
 use super::start::{Nominal, estimated, relaxed, within};
 use crate::thresholds::dynamic::equations::{
-    BY_CHANCE, EXCHANGED, FACTORS_FIRST, IN_STEP, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS, WHITE,
+    BY_CHANCE, FACTORS_FIRST, IN_STEP, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS,
 };
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::remainder::PREDICTED;
 use crate::thresholds::dynamic::search::contenders::{HEAT, REFITTED};
-use crate::thresholds::dynamic::search::{GAIN_PER_PARAMETER, LEAST_GAIN, MOST_EXCHANGES};
 
 /// The search, the user's own effects first.
 pub type Search<'a> = super::super::search::Search<'a, Model>;
@@ -141,17 +140,8 @@ impl Augmented for Model {
 impl Search<'_> {
     /// The effects beside a plant.
     pub fn run(&self, nominal: &Nominal) -> Option<Fitted<Model>> {
-        let first = self.fit(&nominal.free.model, &nominal.free.states)?;
-        let mut present = self.grown(first, nominal.observed.clone());
-        for _ in 0..MOST_EXCHANGES {
-            let Some(better) = self.exchanged(&present) else { break };
-            present = self.grown(better.clone(), vec![better]);
-        }
-        Some(present)
-    }
-
-    /// The model with effects for as long as one is worth its parameters; estimates of it under an observer beside it.
-    fn grown(&self, mut present: Fitted<Model>, mut observed: Vec<Fitted<Model>>) -> Fitted<Model> {
+        let mut present = self.fit(&nominal.free.model, &nominal.free.states)?;
+        let mut observed = nominal.observed.clone();
         while present.model.terms.len() < MOST_TERMS {
             let mut contenders = self.contenders(std::slice::from_ref(&present));
             if self.structured(&present) && !self.keeps_step(&present) {
@@ -164,31 +154,7 @@ impl Search<'_> {
             present = self.pruned(next);
             observed = vec![present.clone()];
         }
-        present
-    }
-
-    /// A clearly better or shorter model with another effect in the place of one: what was taken first was the best beside less,
-    /// and what came later may only mend it. None where one effect leaves what is as white as noise.
-    fn exchanged(&self, present: &Fitted<Model>) -> Option<Fitted<Model>> {
-        let effects = self.given..present.model.terms.len();
-        if effects.len() < 2 && self.innovation(present)? > WHITE * present.rms(ALL) {
-            return None;
-        }
-        let merit = |f: &Fitted<Model>, folds| {
-            let fewer = present.model.packed().len() as f64 - f.model.packed().len() as f64;
-            gain(present, f, folds) + GAIN_PER_PARAMETER * fewer
-        };
-        let in_place_of = |k: usize| {
-            let without = self.fit(&present.model.without(k)?, &present.states)?;
-            Some(self.contenders(std::slice::from_ref(&without)))
-        };
-        let mut all: Vec<Fitted<Model>> = effects.filter_map(in_place_of).flatten().collect();
-        all.retain(|f| merit(f, CHOOSE_ROWS) > 0.0);
-        all.sort_by(|a, b| merit(b, CHOOSE_ROWS).total_cmp(&merit(a, CHOOSE_ROWS)));
-        all.truncate(EXCHANGED);
-        let mut all: Vec<Fitted<Model>> = all.into_iter().map(|f| self.pruned(f)).collect();
-        all.retain(|f| [FIT_ROWS, CHOOSE_ROWS].iter().all(|rows| merit(f, *rows) > LEAST_GAIN));
-        all.into_iter().max_by(|a, b| merit(a, CHOOSE_ROWS).total_cmp(&merit(b, CHOOSE_ROWS)))
+        Some(present)
     }
 
     /// The model with the effect that is worth most, or, where none is worth its parameters alone, with two.
@@ -261,11 +227,9 @@ impl Search<'_> {
 
     /// Whether what a model leaves is nearly all predicted by its own past.
     fn structured(&self, fitted: &Fitted<Model>) -> bool {
-        self.innovation(fitted).is_some_and(|innovation| innovation <= PREDICTED * fitted.rms(ALL))
-    }
-
-    /// Root mean square of what the past of what a model leaves does not predict of it.
-    fn innovation(&self, fitted: &Fitted<Model>) -> Option<f64> {
-        Some(autoregression(&fitted.residual(self.data)?, &self.data.runs).innovation)
+        let structured = |residual: Vec<f64>| {
+            autoregression(&residual, &self.data.runs).innovation <= PREDICTED * fitted.rms(ALL)
+        };
+        fitted.residual(self.data).is_some_and(structured)
     }
 }
