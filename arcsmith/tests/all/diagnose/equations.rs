@@ -391,7 +391,8 @@ fn a_stiffness_that_goes_with_a_column_is_handed_on_with_the_column() {
     let answer = diagnosed(folder.path(), &["seen.csv", "--plant", "plant.toml"], "seen");
     assert_eq!(answer["verdict"], "described", "{answer:#}");
     let effect = &answer["effects"][0];
-    assert_eq!(effect["formula"], "v' += -c * load_n * x");
+    let formula = effect["formula"].as_str().expect("a formula");
+    assert!(formula.starts_with("v' += -c * (load_n - ") && formula.ends_with(" [N]) * x"), "{formula}");
     near(&effect["parameters"], &[("c", 0.8)]);
     assert_eq!(answer["locations"][0]["variable"], "load_n");
     let plant = fs::read_to_string(at("out/seen.plant.toml")).expect("a plant");
@@ -399,6 +400,50 @@ fn a_stiffness_that_goes_with_a_column_is_handed_on_with_the_column() {
     let simulated =
         ["simulate", "--plant", "out/seen.plant.toml", "--drive", "seen.csv", "--out", "again.csv"];
     assert!(arcsmith(folder.path(), &simulated).status.success());
+}
+
+#[test]
+fn what_is_short_is_described_by_one_form() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("plant.toml"), SECOND_ORDER).expect("a file");
+    let beyond = |x: f64| (x - 0.8).max(0.0) - (-x - 0.8).max(0.0);
+    type Rate<'a> = &'a dyn Fn([f64; 2], f64) -> [f64; 2];
+    let stops: Rate = &|[x, v], u| [v, -3.0 * v - 300.0 * x + 250.0 * u - 900.0 * beyond(x)];
+    let halves: Rate = &|[x, v], u| [v, -3.0 * v - 300.0 * x + 250.0 * (u + 0.1 * u.abs())];
+    let of_stops = ("v' += -c * (hinge(x, at) - hinge(-x, at))", vec![("c", 900.0), ("at", 0.8)]);
+    let of_halves = ("u += c * abs(u)", vec![("c", 0.1)]);
+    for (rate, (formula, truths)) in [(stops, of_stops), (halves, of_halves)] {
+        made(&at("seen.csv"), 3000, 0.01, [0.0, 0.0], Some(&excitation), rate, 1e-3);
+        let answer = diagnosed(folder.path(), &["seen.csv", "--plant", "plant.toml"], "seen");
+        let effects = answer["effects"].as_array().expect("effects");
+        let said = (effects.len(), effects[0]["formula"].as_str(), answer["verdict"].as_str());
+        assert_eq!(said, (1, Some(formula), Some("described")), "{answer:#}");
+        near(&effects[0]["parameters"], &truths);
+    }
+}
+
+/// At 0 °C its damping would be negative, and the mechanism run away.
+#[test]
+fn damping_that_goes_with_the_temperature_is_found_around_its_mean() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("plant.toml"), SECOND_ORDER).expect("a file");
+    let room_c = |row: usize| 20.0 + 3.0 * (row as f64 / 400.0).sin();
+    let rows: Vec<(f64, f64)> = (0..3000).map(|row| (excitation(row), room_c(row))).collect();
+    let rate = |[x, v]: [f64; 2], u: f64| {
+        let room_c = rows.iter().find(|(drive, _)| *drive == u).map_or(20.0, |(_, room_c)| *room_c);
+        [v, -(5.0 + 1.5 * (room_c - 20.0)) * v - 300.0 * x + 250.0 * u]
+    };
+    made(&at("seen.csv"), 3000, 0.01, [0.0, 0.0], Some(&excitation), rate, 1e-3);
+    with_column(&at("seen.csv"), "room_c", room_c);
+    let answer = diagnosed(folder.path(), &["seen.csv", "--plant", "plant.toml"], "seen");
+    assert_eq!(answer["verdict"], "described", "{answer:#}");
+    let formula = answer["effects"][0]["formula"].as_str().expect("a formula");
+    let middle = formula.strip_prefix("v' += -c * (room_c - ").and_then(|f| f.strip_suffix(" [K]) * v"));
+    let middle: f64 = middle.expect(formula).parse().expect("a number");
+    near(&answer["effects"][0]["parameters"], &[("c", 1.5)]);
+    near(&answer["plant"], &[("damping", 5.0 + 1.5 * (middle - 20.0))]);
 }
 
 #[test]
