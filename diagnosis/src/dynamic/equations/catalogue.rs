@@ -79,6 +79,7 @@ fn middle(recording: &DynamicRecording, column: &str) -> String {
     format!("{:.decimals$}", mean(values))
 }
 
+/// Entries wherever they fit into a plant. `middles` are the means of the further columns, as they are written.
 fn placed<'p>(
     file: &str,
     entries: &[EffectText],

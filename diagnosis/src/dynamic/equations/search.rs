@@ -103,13 +103,8 @@ impl Augmented for Model {
         self.with_terms(terms)
     }
 
-    /// Where its values let it run away, as they may without a term, begun under an observer.
     fn fitted(&self, states: &[Vec<f64>], data: &Data, folds: Folds) -> Option<Fitted<Model>> {
-        estimated(self, states, data, folds).or_else(|| {
-            let observed = Model { observed: OBSERVED, ..self.clone() };
-            let begun = (self.observed == 0.0).then(|| estimated(&observed, states, data, folds));
-            relaxed(begun??, data, folds)
-        })
+        estimated(self, states, data, folds)
     }
 
     /// The new term's factors first: beside factors of almost nothing a step would throw its other parameters anywhere.

@@ -4,7 +4,7 @@ use numerics::parallel;
 
 use super::{Augmented, Search, gain, last_id};
 use crate::dynamic::data::{ALL, Data, FIT_ROWS, SCORE, SCORE_ROWS, UNSCORED};
-use crate::dynamic::estimate::Fitted;
+use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::verdict::shared;
 use crate::thresholds::dynamic::diagnose::MOVED;
 use crate::verdict::NamedEffect;
@@ -12,7 +12,7 @@ use crate::verdict::NamedEffect;
 impl<M: Augmented> Search<'_, M> {
     /// The effects of a model, `small` on the windows of the search and `found` on the whole recording: `said` is given
     /// the number of a term, what it gains in −2 log likelihood and the effects that are at most `margin` behind in its
-    /// place.
+    /// place. Without a term that keeps the plant from running away nothing of the motion is explained.
     pub fn named(
         &self,
         data: &Data,
@@ -21,12 +21,13 @@ impl<M: Augmented> Search<'_, M> {
         said: impl Fn(usize, f64, Vec<String>) -> NamedEffect + Sync,
     ) -> Vec<NamedEffect> {
         let one = |k: usize| {
-            let without = found.model.without(k)?.fitted(&found.states, data, ALL)?;
-            let effect = said(k, gain(&without, found, ALL), self.alternatives(small, k, margin));
-            Some((without.cost(ALL) - found.cost(ALL), effect))
+            let without = found.model.without(k).and_then(|model| fit(&model, &found.states, data, ALL));
+            let cost = without.map_or_else(|| found.cost(ALL) / found.part_left(data), |f| f.cost(ALL));
+            let rows: usize = found.rows.iter().sum();
+            let gain = rows as f64 * (cost / found.cost(ALL).max(f64::MIN_POSITIVE)).ln();
+            (cost - found.cost(ALL), said(k, gain, self.alternatives(small, k, margin)))
         };
-        let all = parallel::indices(self.given..found.model.terms().len(), one);
-        shared(all.into_iter().flatten().collect())
+        shared(parallel::indices(self.given..found.model.terms().len(), one))
     }
 
     /// Effects that do as well in the place of term `k`: at most `margin` behind in −2 log likelihood, the nearest first.
@@ -51,7 +52,7 @@ impl<M: Augmented> Search<'_, M> {
     pub fn idle(&self, with: &Fitted<M>, data: &Data) -> Option<String> {
         let predicted = with.positions(data).ok()?;
         let gained = |k: usize| {
-            let without = with.model.without(k)?.fitted(&with.states, data, UNSCORED)?;
+            let without = fit(&with.model.without(k)?, &with.states, data, UNSCORED)?;
             let other = without.positions(data).ok()?;
             let rows = data.runs.iter().flat_map(|r| r.clone()).filter(|k| data.fold[*k] as usize == SCORE);
             let moved: f64 = rows.map(|k| (predicted[k] - other[k]).powi(2)).sum();
