@@ -157,7 +157,8 @@ fn a_held_input_that_jumps_across_a_switch_is_on_the_other_side_at_once() {
         Signal::new(&drive, 0.0, 0.1, fitter::plant::Hold::ZeroOrder, crate::signal::Edge::Reflected);
     let signals: [&dyn Input; 1] = [&signal];
     let course = Course { signals: &signals, rows: 7, sample_s: 0.1, ..course(1) };
-    let rates: [(&str, fn(f64) -> f64); 4] = [
+    type Rate = fn(f64) -> f64;
+    let rates: [(&str, Rate); 4] = [
         ("abs(u)", f64::abs),
         ("max(min(u, 1), -1)", |u| u.clamp(-1.0, 1.0)),
         ("hinge(u, 0.75)", |u| (u - 0.75).max(0.0)),
