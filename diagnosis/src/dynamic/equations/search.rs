@@ -107,8 +107,13 @@ impl Augmented for Model {
         estimated(self, states, data, folds)
     }
 
-    /// The new term's factors first: beside factors of almost nothing a step would throw its other parameters anywhere.
+    /// The factors of a new term with other parameters first: beside factors of almost nothing a step would throw those
+    /// anywhere.
     fn begun(&self, states: &[Vec<f64>], data: &Data) -> Option<Fitted<Model>> {
+        let mixed = |term: &Term| (1..term.values.len()).contains(&Model::amounts(term));
+        if !self.terms.last().is_some_and(mixed) {
+            return fit_in(HEAT, self, states, data, FIT_ROWS);
+        }
         let with = |model: &Model, kept: bool| {
             let mut model = model.clone();
             model.terms.iter_mut().next_back().into_iter().for_each(|term| term.kept = kept);
