@@ -368,7 +368,8 @@ pub mod dynamic {
         pub const BY_CHANCE: f64 = 1e-3;
         /// Simpler effects beside which a second one is sought, where a richer one is the best.
         pub const SIMPLER: usize = 2;
-        /// Steps in which the factors of a new effect alone are estimated: they are linear in what it adds.
+        /// Steps in which the factors of a new effect that has other parameters too are estimated alone: they are linear in what
+        /// it adds. Without them stops on both sides were described by four forms in place of one, in one recording of one.
         pub const FACTORS_FIRST: usize = 2;
         /// Effects beside which a second one is sought, where none is worth its parameters alone: by judgement, so that a
         /// search that ends in structure takes twice as long at most.

@@ -340,6 +340,12 @@ fn with_column(path: &Path, name: &str, column: impl Fn(usize) -> f64) {
     fs::write(path, rows.collect::<String>()).expect("a file");
 }
 
+/// A column by the drive of its row: a held drive says at which row the mechanism is.
+fn beside_the_drive(column: impl Fn(usize) -> f64) -> impl Fn(f64) -> f64 {
+    let rows: Vec<(f64, f64)> = (0..3000).map(|row| (excitation(row), column(row))).collect();
+    move |u| rows.iter().find(|(drive, _)| *drive == u).map(|(_, value)| *value).expect("a row")
+}
+
 #[test]
 fn a_force_without_a_name_is_described_and_a_fresh_drive_predicted_by_it() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -378,13 +384,9 @@ fn a_stiffness_that_goes_with_a_column_is_handed_on_with_the_column() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     fs::write(at("plant.toml"), SECOND_ORDER).expect("a file");
-    // A held drive says at which row the mechanism is: the load goes with it.
     let load = |row: usize| 40.0 + 10.0 * (row as f64 / 400.0).sin();
-    let rows: Vec<(f64, f64)> = (0..3000).map(|row| (excitation(row), load(row))).collect();
-    let rate = |[x, v]: [f64; 2], u: f64| {
-        let newtons = rows.iter().find(|(drive, _)| *drive == u).map_or(40.0, |(_, load)| *load);
-        [v, -3.0 * v - (300.0 + 0.8 * newtons) * x + 250.0 * u]
-    };
+    let at_drive = beside_the_drive(load);
+    let rate = |[x, v]: [f64; 2], u: f64| [v, -3.0 * v - (300.0 + 0.8 * at_drive(u)) * x + 250.0 * u];
     made(&at("seen.csv"), 1500, 0.01, [0.0, 0.0], Some(&excitation), rate, 1e-3);
     with_column(&at("seen.csv"), "load_n", load);
     with_column(&at("seen.csv"), "room_c", |row| 20.0 + (row as f64 / 90.0).cos());
@@ -430,11 +432,9 @@ fn damping_that_goes_with_the_temperature_is_found_around_its_mean() {
     let at = |name: &str| folder.path().join(name);
     fs::write(at("plant.toml"), SECOND_ORDER).expect("a file");
     let room_c = |row: usize| 20.0 + 3.0 * (row as f64 / 400.0).sin();
-    let rows: Vec<(f64, f64)> = (0..3000).map(|row| (excitation(row), room_c(row))).collect();
-    let rate = |[x, v]: [f64; 2], u: f64| {
-        let room_c = rows.iter().find(|(drive, _)| *drive == u).map_or(20.0, |(_, room_c)| *room_c);
-        [v, -(5.0 + 1.5 * (room_c - 20.0)) * v - 300.0 * x + 250.0 * u]
-    };
+    let at_drive = beside_the_drive(room_c);
+    let rate =
+        |[x, v]: [f64; 2], u: f64| [v, -(5.0 + 1.5 * (at_drive(u) - 20.0)) * v - 300.0 * x + 250.0 * u];
     made(&at("seen.csv"), 3000, 0.01, [0.0, 0.0], Some(&excitation), rate, 1e-3);
     with_column(&at("seen.csv"), "room_c", room_c);
     let answer = diagnosed(folder.path(), &["seen.csv", "--plant", "plant.toml"], "seen");
