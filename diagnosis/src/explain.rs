@@ -85,6 +85,13 @@ impl Outset {
         self.noise.correlation.typical()
     }
 
+    /// How much more likely a column beside a model's makes observations, in −2 log likelihood, noise being whatever suits either
+    /// best.
+    pub fn gain(&self, observed: &[f64], model: &[Vec<f64>], column: &[f64]) -> f64 {
+        let noise = &self.noise;
+        noise.correlation.gain(observed, model, &noise.sigma, &[column.to_vec()])
+    }
+
     /// Estimates the noise of a recording of which nothing is known yet.
     pub fn of(rows: &Rows) -> Outset {
         let order = first_order(rows);

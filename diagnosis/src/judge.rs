@@ -15,7 +15,7 @@ use crate::held_out::{Choice, Groups, Proof, Shown, gain, prove};
 use crate::lasting::Lasting;
 use crate::model::{self, FittedTerm, Model, choose_order};
 use crate::search::Term;
-use crate::thresholds::judge::{ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, REMEMBERS};
+use crate::thresholds::judge::{ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, OF_FITTED, REMEMBERS};
 use crate::thresholds::{AT_FLOOR, NO_WORSE};
 use crate::undecided::Weighted;
 use crate::verdict::Verdict;
@@ -100,7 +100,7 @@ impl<'a> Judge<'a, '_> {
             let fault = match self.undetermined(&joint) {
                 Some(fault) => Some(fault),
                 None => match self.handed(&joint, &named, withdrawn.is_empty()) {
-                    Ok(Handed { shown: Some(shown), .. }) if !self.shows_gain(&shown, &joint) => {
+                    Ok(handed) if !self.shows_gain(&handed, &joint) => {
                         self.extend_intervals(&mut joint, &mut judged);
                         judged.push(NOT_SHOWN.into());
                         return self.base_alone(joint, withdrawn, judged);
@@ -153,14 +153,17 @@ impl<'a> Judge<'a, '_> {
 
     /// Whether held-out rows are predicted better in the mean. Effects that were chosen with all rows look better there than
     /// they are: they must be better beyond the interval of the gain, or be found if noise lasted, where what chance chooses
-    /// is paid for.
-    fn shows_gain(&self, shown: &Shown, model: &Model) -> bool {
+    /// is paid for. What gains little there of what it gains of fitted rows is fitted to these. True where nothing is held out.
+    fn shows_gain(&self, handed: &Handed, model: &Model) -> bool {
+        let Some(shown) = &handed.shown else { return true };
         let gain = gain(&shown.gains);
+        let of_fitted = rms(self.before_left) - rms(&handed.left);
         let found_in_any_noise = || {
             let beyond = self.beyond_noise(model);
             model.terms.iter().filter(|t| t.effect.is_some()).all(|t| beyond.iter().any(|b| same(b, &t.term)))
         };
-        gain.value > 0.0 && (shown.chosen_without || gain.is_certain() || found_in_any_noise())
+        gain.value > OF_FITTED * of_fitted.max(0.0)
+            && (shown.chosen_without || gain.is_certain() || found_in_any_noise())
     }
 
     /// Leaves out the effects that noise which lasts does as well as.
@@ -189,7 +192,7 @@ impl<'a> Judge<'a, '_> {
             return None;
         }
         let without = self.handed(&self.alone(kept), kept, false).ok();
-        without.filter(|h| h.shown.as_ref().is_none_or(|shown| self.shows_gain(shown, &h.model)))
+        without.filter(|handed| self.shows_gain(handed, &handed.model))
     }
 
     /// The answer where the base alone is handed on.

@@ -166,8 +166,8 @@ pub mod compose {
     /// follows whatever goes slowly, and can be handed to nobody. With 10, a drift with temperature beside one with time
     /// takes the place of creep that heat hastens, and of 136 made recordings five are made worse where 3 makes four.
     pub const CURVE: f64 = 3.0;
-    /// What a set of terms with forms must explain beyond the named effects that explain a recording alone: odds of a
-    /// hundred and fifty, by judgement.
+    /// What a set of terms with forms must explain beyond the named effects that explain a recording alone, unless it is shorter:
+    /// odds of a hundred and fifty, by judgement.
     pub const CLEARLY: f64 = 10.0;
     /// How many times what is left of fitted readings a set of terms with curves may leave of held-out ones. Of 152 answers with
     /// a curve that helped (`trials beyond`, seed 569402721 by two versions without forms, 798072585 with them) 19 of 20 are
@@ -924,6 +924,10 @@ pub mod hand_on {
     /// 58301946`): of 350 that count, 228 have nine tenths of the gain, as many as if every lag began at the first value, and 9
     /// instead of 11 of the 408 are made worse; with 1 these are 223 and 10.
     pub const MUCH_NEARER: f64 = 3.0;
+    /// How much likelier, in −2 log likelihood, a lag makes a recording that begins at the one and not at the other, where the
+    /// recording shows which. Its time constant was fitted with the one. By judgement: as much as another effect must do worse
+    /// to be no alternative, and half as much again.
+    pub const SEEN: f64 = 10.0;
 }
 
 /// See [`crate::held_out`].
@@ -979,6 +983,9 @@ pub mod intervals {
 
 /// See [`crate::judge`].
 pub mod judge {
+    /// Least part of the gain on fitted rows that held-out ones must show for anything to be handed on. Of 420 answers with a
+    /// gain (`trials beyond`, seeds 1429631257 and 2741331192) three showed less: two made a fresh recording worse.
+    pub const OF_FITTED: f64 = 0.2;
     /// Ends of an interval beyond which nothing is determined.
     pub const BOUNDLESS: f64 = 1e12;
     /// Widths of its interval by which an estimate may lie outside without a sentence in `judged`. By judgement: beyond, search
@@ -1133,7 +1140,8 @@ pub mod search {
     /// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler, of
     /// which the richer one often is a limiting case (a lag without delay, a warm-up that never ends).
     pub const SHAPE_PRICE: f64 = 3.0;
-    /// How much more than on the grid a shape may explain once refined: what the grid lost, a third, generously.
+    /// How much more than on the grid a term may explain once refined, for every shape parameter: what the grid lost, a third,
+    /// generously.
     pub const GRID_LOSS: f64 = 1.5;
     /// The same of the parabola through a top of the grid and its neighbours: a tenth, by judgement.
     pub const TOP_LOSS: f64 = 1.1;
@@ -1185,7 +1193,7 @@ pub mod search {
         /// Merit that a joint refinement may bring at most, for a set to be worth refining.
         pub const NEAR: f64 = 12.0;
         /// Families that are refined before they are compared, at most.
-        pub const REFINED: usize = 5;
+        pub const REFINED: usize = 8;
     }
 }
 

@@ -23,7 +23,8 @@ impl Sentence {
         let mut text = self.text.clone();
         // From the end, so that the places before stay.
         lags.sort_by_key(|lag| std::cmp::Reverse(lag.span.end));
-        for lag in lags {
+        // What follows something with a parameter begins with it: no number would go with its values.
+        for lag in lags.into_iter().filter(|lag| !lag.followed.has_parameter()) {
             let state = lag.node.value(columns, values, false)?;
             let followed = lag.followed.value(columns, values, false)?.times(lag.factor);
             let rows = state.rows.len();
@@ -50,6 +51,14 @@ struct Lag<'a> {
 }
 
 impl Node {
+    fn has_parameter(&self) -> bool {
+        match self {
+            Node::Parameter(_) => true,
+            Node::Apply(applied) => applied.arguments.iter().any(|(argument, _)| argument.has_parameter()),
+            Node::Constant(_) | Node::Column(_) => false,
+        }
+    }
+
     fn unstated_lags<'a>(&'a self, found: &mut Vec<Lag<'a>>) {
         let Node::Apply(Applied { operator, arguments, span, .. }) = self else { return };
         if let ("lowpass", [(followed, factor), _]) = (operator.name(), &arguments[..]) {

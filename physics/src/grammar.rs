@@ -29,22 +29,42 @@ fn of_columns(file: &str, columns: &[&str]) -> Vec<String> {
     // Comments are for the reader of the file: one stands before the form that it is about, and so behind another.
     let lines: Vec<&str> = file.lines().filter(|line| !line.starts_with('#')).collect();
     for form in lines.join("\n").split(BEGINS).skip(1).map(|form| format!("{BEGINS}{}\n", form.trim_end())) {
-        match (form.contains("{z}"), form.contains("{w}")) {
-            (false, _) if form.contains("{shaft}") => {
-                let shafts = columns.iter().filter(|column| is_angle(column));
-                forms.extend(shafts.map(|column| with(&form, "{shaft}", "{u}", column)));
-            }
-            (false, _) => forms.push(form),
-            (true, false) => forms.extend(columns.iter().map(|column| with(&form, "{z}", "{u}", column))),
-            (true, true) => {
-                for (k, other) in columns.iter().enumerate() {
-                    let form = with(&form, "{w}", "{v}", other);
-                    forms.extend(columns[..k].iter().map(|column| with(&form, "{z}", "{u}", column)));
-                }
-            }
+        let mut filled = vec![(form, Vec::new())];
+        for place in &PLACES {
+            filled = filled.into_iter().flat_map(|(form, used)| place.fill(form, &used, columns)).collect();
         }
+        forms.extend(filled.into_iter().map(|(form, _)| form));
     }
     forms
+}
+
+/// A place for a column in a form.
+struct Place {
+    name: &'static str,
+    /// The place of the column's unit.
+    unit: &'static str,
+    /// Whether the column of this number may stand here beside those of other places.
+    may: fn(k: usize, columns: &[&str], used: &[usize]) -> bool,
+}
+
+/// In the order in which they are filled. Of `{z}` and `{w}` a form says the same whichever is which.
+const PLACES: [Place; 4] = [
+    Place { name: "{shaft}", unit: "{u}", may: |k, columns, _| is_angle(columns[k]) },
+    Place { name: "{w}", unit: "{v}", may: |_, _, _| true },
+    Place { name: "{z}", unit: "{u}", may: |k, _, used| used.iter().all(|other| k < *other) },
+    Place { name: "{other}", unit: "{v}", may: |k, _, used| !used.contains(&k) },
+];
+
+impl Place {
+    /// A form with every column in this place that may stand there, and the numbers of its columns; the form itself where it has
+    /// no such place.
+    fn fill(&self, form: String, used: &[usize], columns: &[&str]) -> Vec<(String, Vec<usize>)> {
+        if !form.contains(self.name) {
+            return vec![(form, used.to_vec())];
+        }
+        let numbers = (0..columns.len()).filter(|k| (self.may)(*k, columns, used));
+        numbers.map(|k| (with(&form, self.name, self.unit, columns[k]), [used, &[k]].concat())).collect()
+    }
 }
 
 /// Whether a column is an angle.

@@ -381,3 +381,24 @@ fn many_plays_abreast_are_those_one_by_one() {
         approx::assert_abs_diff_eq!(*value, expected, epsilon = 1e-9);
     }
 }
+
+#[test]
+fn forms_of_two_columns_are_made_once_where_either_may_be_the_first() {
+    let forms = crate::forms(&["shaft_deg", "temperature_c", "flow_l_min"]);
+    let of = |start: &str| {
+        let begins = format!("id = \"{start}");
+        forms.iter().filter(|form| form.contains(&begins)).count()
+    };
+    assert_eq!((of("product_"), of("lagged_product_"), of("proportional_"), of("two_seats")), (3, 6, 3, 1));
+    // A shaft is an angle, and another column is another one.
+    assert_eq!((of("turn_shaft"), of("changing_turn_")), (1, 2));
+    assert_eq!(of("changing_turn_shaft_deg_shaft_deg"), 0);
+}
+
+#[test]
+fn a_lag_behind_a_parameter_keeps_its_beginning() {
+    let parameters = [parameter("k", "arcsec", None), parameter("tau", "s", Some((100.0, 100.0)))];
+    let text = "lowpass(table(coil_a, -1 [A], 1 [A], -k, 0 * k, k), tau)";
+    let sentence = read(text, "arcsec", &parameters).unwrap();
+    assert_eq!(sentence.with_first_states(&Made::of(2000), &[2.0, 100.0], 0.0).unwrap(), text);
+}

@@ -4,9 +4,10 @@ use fitter::Coefficients;
 use fitter::terms::{Expressed, Operator, Scope, Term};
 
 use super::HandOn;
+use crate::base::base_columns;
 use crate::effects::{Effect, Read};
 use crate::model::{FittedTerm, Model};
-use crate::thresholds::hand_on::MUCH_NEARER;
+use crate::thresholds::hand_on::{MUCH_NEARER, SEEN};
 
 impl HandOn<'_> {
     /// Parts every effect that is not the same on other recordings into terms: what they get, with the effect's own scope, and
@@ -25,7 +26,9 @@ impl HandOn<'_> {
             let named = k.checked_sub(harmonics_of_turn).map(|k| named[k]);
             let reach = named.map_or(1.0, |(fitted, _)| fitted.reach);
             let form = named.is_some_and(|(_, effect)| effect.is_form());
-            let others = form.then(|| self.for_others(&term.operator)).flatten();
+            let others = named
+                .filter(|_| form)
+                .and_then(|(fitted, _)| self.for_others(&term.operator, &term.coefficients, fitted, model));
             let shares = match &others {
                 None => {
                     vec![(term.scope, &term.operator, reach), (Scope::Recording, &term.operator, 1.0 - reach)]
@@ -56,13 +59,48 @@ impl HandOn<'_> {
         }
     }
 
-    /// The expression of a form as other recordings get it, where that differs: a lag may begin in another state.
-    fn for_others(&self, operator: &Operator) -> Option<Operator> {
+    /// The expression of a form as other recordings get it, where that differs: a lag may begin in another state. This recording
+    /// decides where it knows, else what the lag's state was mostly near.
+    fn for_others(
+        &self,
+        operator: &Operator,
+        coefficients: &[f64],
+        fitted: &FittedTerm,
+        model: &Model,
+    ) -> Option<Operator> {
         let Operator::Expression(here) = operator else { return None };
-        let factors = here.factors.iter().map(|_| 1.0);
-        let values: Vec<f64> = factors.chain(here.parameters.iter().map(|fixed| fixed.value)).collect();
+        let parameters = here.parameters.iter().map(|fixed| fixed.value);
+        let values: Vec<f64> = coefficients.iter().copied().chain(parameters).collect();
         let sentence = here.sentence(self.rows.pair).ok()?;
-        let text = sentence.with_first_states(&Read(self.full), &values, MUCH_NEARER).ok()?;
-        (text != here.text).then(|| Operator::Expression(Expressed { text, ..here.clone() }))
+        let at_mean = |nearer: f64| sentence.with_first_states(&Read(self.full), &values, nearer).ok();
+        let of_text = |text: String| Expressed { text, ..here.clone() };
+        let always = of_text(at_mean(0.0)?);
+        if always.text == here.text {
+            return None;
+        }
+        let read = |expressed: &Expressed| {
+            expressed.sentence(self.rows.pair).ok()?.values(&Read(self.rows), &values).ok()
+        };
+        let worse = self.worse_by(&read(here)?, &read(&always)?, fitted, model);
+        let others = if worse >= SEEN {
+            None
+        } else if worse <= -SEEN {
+            Some(always)
+        } else {
+            Some(of_text(at_mean(MUCH_NEARER)?))
+        };
+        others.filter(|others| others.text != here.text).map(Operator::Expression)
+    }
+
+    /// By how much less likely a term makes this recording if its values are `instead`, noise being whatever suits either best, in
+    /// −2 log likelihood.
+    fn worse_by(&self, values: &[f64], instead: &[f64], fitted: &FittedTerm, model: &Model) -> f64 {
+        let base = base_columns(self.rows, model.order);
+        let without: Vec<f64> = (self.rows.error.iter().zip(model.value()).zip(&fitted.contribution))
+            .zip(&model.base_value)
+            .map(|(((error, value), own), base)| error - value + own + base)
+            .collect();
+        let gain = |values: &[f64]| self.outset.gain(&without, &base, values);
+        gain(values) - gain(instead)
     }
 }

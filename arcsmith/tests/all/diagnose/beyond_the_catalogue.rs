@@ -144,6 +144,52 @@ fn what_the_furthest_excursions_leave_is_described() {
 }
 
 #[test]
+fn what_is_alike_after_both_turns_is_described() {
+    // 8 arcsec at a turn, a third of it a quarter of a degree on.
+    let fades = |row: usize| 8.0 * (-0.1 * (row % 31) as f64 / 0.25).exp();
+    for seed in [1, 2] {
+        let json = diagnosed(|row, _, _| fades(row), &white(seed), seed);
+        let formula = "k * exp(-2 * (1 + direction * (angle - play(angle, r)) / r))";
+        assert_eq!(json["effects"][0]["formula"], formula, "{json}");
+        assert_eq!(json["verdict"], "described", "{seed}");
+    }
+}
+
+#[test]
+fn a_ripple_of_one_direction_is_described() {
+    let ripple = |row: usize, angle: f64| {
+        if row / 31 % 2 == 0 { 3.0 * (std::f64::consts::TAU * angle / 0.45).sin() } else { 0.0 }
+    };
+    for seed in [1, 2] {
+        let json = diagnosed(|row, angle, _| ripple(row, angle), &white(seed), seed);
+        let effect = &json["effects"][0];
+        let formula = effect["formula"].as_str().unwrap_or_default();
+        assert!(formula.starts_with("(a + c * direction) * sin(360 [deg] * angle / period)"), "{json}");
+        assert_eq!(json["verdict"], "described", "{seed}");
+        holds(effect, &[("period", 0.45 * 3600.0)]);
+    }
+}
+
+#[test]
+fn what_one_form_explains_is_no_two_names() {
+    // Creep, which a warm-up with a hysteresis imitates.
+    let mut follows = None;
+    let behind = over_schedule(|angle, _| {
+        let before: f64 = follows.unwrap_or(angle);
+        follows = Some(before + (1.0 - f64::exp(-3.0 / 150.0)) * (angle - before));
+        angle - before
+    });
+    for seed in [1, 2] {
+        let json = diagnosed(|row, _, _| 1.2 * behind[row], &white(seed), seed);
+        let effects = json["effects"].as_array().expect("effects");
+        assert!(
+            matches!(&effects[..], [one] if one["formula"] == "k * (angle - lowpass(angle, tau))"),
+            "{json}"
+        );
+    }
+}
+
+#[test]
 fn what_has_no_form_is_described_by_a_curve() {
     // Two humps, as of a coating that changes its phase at 20 and 33 °C.
     let hump = |t: f64, at: f64, width: f64| (-((t - at) / width).powi(2)).exp();

@@ -2,7 +2,7 @@
 
 use crate::diagnose::common::{normal, recording, scene};
 use diagnosis::{Options, diagnose};
-use fitter::terms::Scope;
+use fitter::terms::{Operator, Scope};
 use fitter::{Mirror, Recording};
 
 /// Passes of 31 rows with noise of 0.5″; `of` says of row and angle (degrees) the temperature and by how much the reading is
@@ -95,6 +95,31 @@ fn two_effects_that_only_other_recordings_tell_apart_are_handed_on_as_their_mean
     let fit = &outcome.diagnosis.fit;
     assert!(fit.after.train_rms < 0.55 && fit.before.train_rms > 1.0, "{fit:?}");
     assert!(fit.gain.as_ref().is_some_and(|gain| gain.ci95[0] > 0.0), "{fit:?}");
+}
+
+#[test]
+fn a_lag_that_is_seen_to_begin_at_what_it_follows_does_so_on_other_recordings() {
+    // The coil's heat follows the square of its current within 200 s, from that of the first row on: three times the mean.
+    let (mut noise, mut heat) = (normal(5), None);
+    let scene = scene();
+    let path = recording(scene.folder.path(), "r.csv", 7, |row, cells| {
+        let (pass, k) = (row / 31, row % 31);
+        let angle = if pass % 2 == 0 { -1.5 + 0.1 * k as f64 } else { 1.5 - 0.1 * k as f64 };
+        let current = 0.15 + 0.3 * (std::f64::consts::TAU * row as f64 / 20.0).cos();
+        let before: f64 = heat.unwrap_or(current * current);
+        heat = Some(before + (1.0 - f64::exp(-3.0 / 200.0)) * (current * current - before));
+        cells[5] = format!("{:.3}", 3600.0 * angle * 0.97 - 60.0 * before + 0.5 * noise());
+        cells.push(format!("{current:.5}"));
+    });
+    let text = std::fs::read_to_string(&path).expect("a recording");
+    std::fs::write(&path, text.replacen("temperature_c", "temperature_c,coil_a", 1)).expect("a file");
+    let recording = Recording::read(&path).expect("a recording");
+    let mirror = Mirror::read(scene.mirror.as_ref()).expect("mirror.toml");
+    let outcome = diagnose(&recording, &mirror, None, None, &Options::default()).expect("a diagnosis");
+    let file = outcome.coefficients.as_ref().expect("coefficients");
+    let [term] = &file.terms[..] else { panic!("{:?}", outcome.diagnosis.effects) };
+    let Operator::Expression(lag) = &term.operator else { panic!("{term:?}") };
+    assert_eq!((term.scope, lag.text.as_str()), (Scope::Device, "k * lowpass(coil_a^2, tau)"));
 }
 
 /// The number at the end of a text.
