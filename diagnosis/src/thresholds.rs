@@ -1192,7 +1192,8 @@ pub mod search {
         pub const EXCHANGE_MARGIN: f64 = 0.3;
         /// Merit that a joint refinement may bring at most, for a set to be worth refining.
         pub const NEAR: f64 = 12.0;
-        /// Families that are refined before they are compared, at most.
+        /// Families that are refined before they are compared, at most. With 5, a form whose thresholds the grid misses is not among
+        /// them where many others explain a part.
         pub const REFINED: usize = 8;
     }
 }

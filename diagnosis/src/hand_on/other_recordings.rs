@@ -25,10 +25,8 @@ impl HandOn<'_> {
             first = own.end;
             let named = k.checked_sub(harmonics_of_turn).map(|k| named[k]);
             let reach = named.map_or(1.0, |(fitted, _)| fitted.reach);
-            let form = named.is_some_and(|(_, effect)| effect.is_form());
-            let others = named
-                .filter(|_| form)
-                .and_then(|(fitted, _)| self.for_others(&term.operator, &term.coefficients, fitted, model));
+            let form = named.filter(|(_, effect)| effect.is_form());
+            let others = form.and_then(|(fitted, _)| self.for_others(&term, fitted, model));
             let shares = match &others {
                 None => {
                     vec![(term.scope, &term.operator, reach), (Scope::Recording, &term.operator, 1.0 - reach)]
@@ -61,16 +59,10 @@ impl HandOn<'_> {
 
     /// The expression of a form as other recordings get it, where that differs: a lag may begin in another state. This recording
     /// decides where it knows, else what the lag's state was mostly near.
-    fn for_others(
-        &self,
-        operator: &Operator,
-        coefficients: &[f64],
-        fitted: &FittedTerm,
-        model: &Model,
-    ) -> Option<Operator> {
-        let Operator::Expression(here) = operator else { return None };
+    fn for_others(&self, term: &Term, fitted: &FittedTerm, model: &Model) -> Option<Operator> {
+        let Operator::Expression(here) = &term.operator else { return None };
         let parameters = here.parameters.iter().map(|fixed| fixed.value);
-        let values: Vec<f64> = coefficients.iter().copied().chain(parameters).collect();
+        let values: Vec<f64> = term.coefficients.iter().copied().chain(parameters).collect();
         let sentence = here.sentence(self.rows.pair).ok()?;
         let at_mean = |nearer: f64| sentence.with_first_states(&Read(self.full), &values, nearer).ok();
         let of_text = |text: String| Expressed { text, ..here.clone() };
@@ -82,14 +74,12 @@ impl HandOn<'_> {
             expressed.sentence(self.rows.pair).ok()?.values(&Read(self.rows), &values).ok()
         };
         let worse = self.worse_by(&read(here)?, &read(&always)?, fitted, model);
-        let others = if worse >= SEEN {
-            None
-        } else if worse <= -SEEN {
-            Some(always)
-        } else {
-            Some(of_text(at_mean(MUCH_NEARER)?))
+        let others = match worse {
+            _ if worse >= SEEN => return None,
+            _ if worse <= -SEEN => always,
+            _ => of_text(at_mean(MUCH_NEARER)?),
         };
-        others.filter(|others| others.text != here.text).map(Operator::Expression)
+        (others.text != here.text).then_some(Operator::Expression(others))
     }
 
     /// By how much less likely a term makes this recording if its values are `instead`, noise being whatever suits either best, in

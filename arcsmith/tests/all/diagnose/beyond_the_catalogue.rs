@@ -158,7 +158,7 @@ fn what_is_alike_after_both_turns_is_described() {
 #[test]
 fn a_ripple_of_one_direction_is_described() {
     let ripple = |row: usize, angle: f64| {
-        if row / 31 % 2 == 0 { 3.0 * (std::f64::consts::TAU * angle / 0.45).sin() } else { 0.0 }
+        if (row / 31).is_multiple_of(2) { 3.0 * (std::f64::consts::TAU * angle / 0.45).sin() } else { 0.0 }
     };
     for seed in [1, 2] {
         let json = diagnosed(|row, angle, _| ripple(row, angle), &white(seed), seed);
