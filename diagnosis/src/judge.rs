@@ -5,7 +5,7 @@
 use std::sync::OnceLock;
 
 use fitter::Coefficients;
-use numerics::rms;
+use numerics::{centred, dot, rms};
 
 use crate::diagnosis::NoiseFloor;
 use crate::effects::{Effect, Reading};
@@ -15,7 +15,9 @@ use crate::held_out::{Choice, Groups, Proof, Shown, gain, prove};
 use crate::lasting::Lasting;
 use crate::model::{self, FittedTerm, Model, choose_order};
 use crate::search::Term;
-use crate::thresholds::judge::{ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, OF_FITTED, REMEMBERS};
+use crate::thresholds::judge::{
+    ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, OF_FITTED, OF_ONE_STEP, REMEMBERS,
+};
 use crate::thresholds::{AT_FLOOR, NO_WORSE};
 use crate::undecided::Weighted;
 use crate::verdict::Verdict;
@@ -108,6 +110,7 @@ impl<'a> Judge<'a, '_> {
                     Ok(handed) => {
                         let mut kept = named.clone();
                         self.keep_beyond_noise(&mut kept, &joint, &mut judged);
+                        self.keep_no_single_steps(&mut kept, &mut judged);
                         let undecided = self.undecided(&mut kept, &joint);
                         let Some(handed) = self.only(handed, &kept, named.len()) else {
                             self.extend_intervals(&mut joint, &mut judged);
@@ -181,6 +184,20 @@ impl<'a> Judge<'a, '_> {
             if others.len() == 1 { "is" } else { "are" }
         ));
         kept.retain(|t| !self.of_device(t) || shown(t));
+    }
+
+    /// Leaves out the forms that are one step in this recording: it may be what happened once.
+    fn keep_no_single_steps(&self, kept: &mut Vec<Term>, judged: &mut Vec<String>) {
+        let is_form = |t: &Term| self.effect(t).is_some_and(|effect| effect.is_form() && !effect.of_one_time);
+        let (steps, others): (Vec<Term>, Vec<Term>) =
+            kept.drain(..).partition(|t| is_form(t) && matches!(&t.columns[..], [one] if is_one_step(one)));
+        judged.extend(steps.iter().map(|t| {
+            format!(
+                "{} is not handed on: in this recording it is one step, which may have happened once",
+                self.id(t)
+            )
+        }));
+        *kept = others;
     }
 
     /// What is handed on of these effects alone; nothing where none remains, or where what remains does not hold.
@@ -400,4 +417,17 @@ pub fn allowed(
         }
         None => (meant, None),
     }
+}
+
+/// Whether a step from some row on explains nearly all of a column about its mean.
+fn is_one_step(column: &[f64]) -> bool {
+    let values = centred(column);
+    let whole: f64 = dot(&values, &values);
+    let mut sum = 0.0;
+    let between = values[..values.len() - 1].iter().enumerate().map(|(k, value)| {
+        sum += value;
+        let (before, after) = (k as f64 + 1.0, (values.len() - k - 1) as f64);
+        sum * sum * (1.0 / before + 1.0 / after)
+    });
+    between.fold(0.0, f64::max) > OF_ONE_STEP * whole
 }

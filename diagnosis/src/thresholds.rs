@@ -166,8 +166,9 @@ pub mod compose {
     /// follows whatever goes slowly, and can be handed to nobody. With 10, a drift with temperature beside one with time
     /// takes the place of creep that heat hastens, and of 136 made recordings five are made worse where 3 makes four.
     pub const CURVE: f64 = 3.0;
-    /// What a set of terms with forms must explain beyond the named effects that explain a recording alone, unless it is shorter:
-    /// odds of a hundred and fifty, by judgement.
+    /// What a set of terms with forms must explain beyond the named effects that explain a recording alone: odds of a
+    /// hundred and fifty, by judgement. With nothing asked of fewer terms, a thermostat takes the place of the steps of a reference
+    /// that switches by itself.
     pub const CLEARLY: f64 = 10.0;
     /// How many times what is left of fitted readings a set of terms with curves may leave of held-out ones. Of 152 answers with
     /// a curve that helped (`trials beyond`, seed 569402721 by two versions without forms, 798072585 with them) 19 of 20 are
@@ -986,6 +987,10 @@ pub mod judge {
     /// Least part of the gain on fitted rows that held-out ones must show for anything to be handed on. Of 420 answers with a
     /// gain (`trials beyond`, seeds 1429631257 and 2741331192) three showed less: two made a fresh recording worse.
     pub const OF_FITTED: f64 = 0.2;
+    /// Part of a form's column about its mean that one step explains, from which on it is one. By judgement: a thermostat that
+    /// switched once is above 0.99. Of 40 recordings of a reference that switches by itself three had terms for firmware
+    /// without it, two of them such thermostats.
+    pub const OF_ONE_STEP: f64 = 0.9;
     /// Ends of an interval beyond which nothing is determined.
     pub const BOUNDLESS: f64 = 1e12;
     /// Widths of its interval by which an estimate may lie outside without a sentence in `judged`. By judgement: beyond, search
@@ -1140,8 +1145,8 @@ pub mod search {
     /// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler, of
     /// which the richer one often is a limiting case (a lag without delay, a warm-up that never ends).
     pub const SHAPE_PRICE: f64 = 3.0;
-    /// How much more than on the grid a term may explain once refined, for every shape parameter: what the grid lost, a third,
-    /// generously.
+    /// How much more than on the grid a shape may explain once refined: what the grid lost, a third, generously. For every shape
+    /// parameter, a thermostat of three is refined until it follows a reference that switches by itself, which a test forbids.
     pub const GRID_LOSS: f64 = 1.5;
     /// The same of the parabola through a top of the grid and its neighbours: a tenth, by judgement.
     pub const TOP_LOSS: f64 = 1.1;
@@ -1192,9 +1197,8 @@ pub mod search {
         pub const EXCHANGE_MARGIN: f64 = 0.3;
         /// Merit that a joint refinement may bring at most, for a set to be worth refining.
         pub const NEAR: f64 = 12.0;
-        /// Families that are refined before they are compared, at most. With 5, a form whose thresholds the grid misses is not among
-        /// them where many others explain a part.
-        pub const REFINED: usize = 8;
+        /// Families that are refined before they are compared, at most.
+        pub const REFINED: usize = 5;
     }
 }
 

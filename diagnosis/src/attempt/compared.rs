@@ -32,14 +32,11 @@ impl Attempt<'_> {
             && self.predicts_surely_better_than(other, hand_on)
     }
 
-    /// Whether the terms of an attempt with forms are clearly likelier, for what is asked of each, or fewer and as likely.
+    /// Whether the terms of an attempt with forms are clearly likelier, for what is asked of each.
     pub(super) fn has_less_merit_than(&self, with_forms: &Explanation) -> bool {
         let (search, terms) = (&with_forms.search, &with_forms.terms);
         let own = search.translated(&self.explanation.search, &self.explanation.terms);
-        let effects =
-            |terms: &[Term]| terms.iter().filter(|term| search.effect(term.family).is_some()).count();
-        let asked = if effects(terms) < effects(&own) { 0.0 } else { CLEARLY };
-        search.merit(terms) > search.merit(&own) + asked
+        search.merit(terms) > search.merit(&own) + CLEARLY
     }
 
     /// Whether another attempt leaves less of held-out readings, and no more of fitted ones.

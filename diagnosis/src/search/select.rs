@@ -35,14 +35,13 @@ impl Search<'_> {
             .collect();
         found.sort_by(|a, b| self.gain(b).total_cmp(&self.gain(a)));
         let best = found.first().map_or(0.0, |f| self.gain(f));
-        let refined = |found: &Found| found.explained * self.grid_loss(&found.term);
         let promising: Vec<usize> = (0..found.len())
             .filter(|&k| {
                 let shaped = self.effect(found[k].term.family).is_some() && !found[k].term.shape.is_empty();
-                shaped && refined(found[k]) > best.max(0.0)
+                shaped && found[k].explained * GRID_LOSS > best.max(0.0)
             })
             .take(most)
-            .filter(|k| refined(found[*k]) - self.price(&found[*k].term) > least)
+            .filter(|k| found[*k].explained * GRID_LOSS - self.price(&found[*k].term) > least)
             .collect();
         let mut out: Vec<Found> = parallel::indices(0..found.len(), |k| {
             if promising.contains(&k) {
@@ -53,12 +52,6 @@ impl Search<'_> {
         });
         out.sort_by(|a, b| self.gain(b).total_cmp(&self.gain(a)));
         out
-    }
-
-    /// How much more than on the grid a term may explain once refined.
-    fn grid_loss(&self, term: &Term) -> f64 {
-        let shapes = self.effect(term.family).map_or(0, |e| self.free_shapes(e));
-        GRID_LOSS.powi(shapes.max(1) as i32)
     }
 
     /// Whether a family may stand beside these terms: an effect that cannot repeat only once.

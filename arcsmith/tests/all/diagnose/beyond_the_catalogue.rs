@@ -171,25 +171,6 @@ fn a_ripple_of_one_direction_is_described() {
 }
 
 #[test]
-fn what_one_form_explains_is_no_two_names() {
-    // Creep, which a warm-up with a hysteresis imitates.
-    let mut follows = None;
-    let behind = over_schedule(|angle, _| {
-        let before: f64 = follows.unwrap_or(angle);
-        follows = Some(before + (1.0 - f64::exp(-3.0 / 150.0)) * (angle - before));
-        angle - before
-    });
-    for seed in [1, 2] {
-        let json = diagnosed(|row, _, _| 1.2 * behind[row], &white(seed), seed);
-        let effects = json["effects"].as_array().expect("effects");
-        assert!(
-            matches!(&effects[..], [one] if one["formula"] == "k * (angle - lowpass(angle, tau))"),
-            "{json}"
-        );
-    }
-}
-
-#[test]
 fn what_has_no_form_is_described_by_a_curve() {
     // Two humps, as of a coating that changes its phase at 20 and 33 °C.
     let hump = |t: f64, at: f64, width: f64| (-((t - at) / width).powi(2)).exp();

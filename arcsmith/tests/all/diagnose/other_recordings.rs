@@ -105,7 +105,7 @@ fn a_lag_that_is_seen_to_begin_at_what_it_follows_does_so_on_other_recordings() 
     let path = recording(scene.folder.path(), "r.csv", 7, |row, cells| {
         let (pass, k) = (row / 31, row % 31);
         let angle = if pass % 2 == 0 { -1.5 + 0.1 * k as f64 } else { 1.5 - 0.1 * k as f64 };
-        let current = 0.15 + 0.3 * (std::f64::consts::TAU * row as f64 / 20.0).cos();
+        let current = 0.15 + 0.45 * (std::f64::consts::TAU * row as f64 / 60.0).cos();
         let before: f64 = heat.unwrap_or(current * current);
         heat = Some(before + (1.0 - f64::exp(-3.0 / 200.0)) * (current * current - before));
         cells[5] = format!("{:.3}", 3600.0 * angle * 0.97 - 60.0 * before + 0.5 * noise());
