@@ -81,31 +81,20 @@ pub struct Projected {
 }
 
 impl Projected {
-    /// The columns' products with further columns, all at once: `count × further.count`, by columns.
+    /// The columns' products with further columns, all at once: `further.count × count`, by columns.
     pub fn products(&self, further: &Columns) -> Vec<f64> {
-        let count = self.parts.len();
-        let mut all = vec![0.0; count * further.count()];
-        let mut first = 0;
-        for block in &self.blocks {
-            let end = first + block.count();
-            let of_block = block.products(further);
-            for (products, all) in of_block.chunks(block.count().max(1)).zip(all.chunks_mut(count.max(1))) {
-                all[first..end].copy_from_slice(products);
-            }
-            first = end;
-        }
-        all
+        self.blocks.iter().flat_map(|block| further.products(block)).collect()
     }
 
     /// Scores of candidate `c` beside further orthonormal columns, which lie outside the basis: their sum of
-    /// squares is what the candidate explains of the residual. `products` holds the products with those
-    /// columns and, last, with the residual. Nothing is projected row by row: within the candidate's columns
-    /// Q the further ones B take CᵀC, C = BᵀQ, and what is left has the Gram matrix I − CᵀC.
+    /// squares is what the candidate explains of the residual. `products` holds for every column the products with
+    /// those and, last, with the residual. Nothing is projected row by row: within the candidate's columns Q the
+    /// further ones B take CᵀC, C = BᵀQ, and what is left has the Gram matrix I − CᵀC.
     pub fn scores(&self, c: usize, products: &[f64], further: usize, smallest: f64, scratch: &mut Scratch) {
         let Scratch { factor, kept, scores } = scratch;
         scores.clear();
         kept.clear();
-        let count = self.parts.len();
+        let of = |k: usize| &products[k * (further + 1)..(k + 1) * (further + 1)];
         let range = self.of[c].clone();
         let width = range.len();
         factor.resize(width * width, 0.0);
@@ -113,10 +102,10 @@ impl Projected {
             // Cholesky, row by row, over the columns that are kept.
             let gram = |j: usize| -> f64 {
                 let own = if j == k { 1.0 } else { 0.0 };
-                own - (0..further).map(|b| products[b * count + j] * products[b * count + k]).sum::<f64>()
+                own - of(j).iter().zip(&of(k)[..further]).map(|(a, b)| a * b).sum::<f64>()
             };
             let row = kept.len();
-            let mut score = products[further * count + k];
+            let mut score = of(k)[further];
             let mut pivot = gram(k);
             for m in 0..row {
                 let (above, here) = factor.split_at_mut(row * width);

@@ -113,8 +113,8 @@ fn every_form_can_be_read_of_a_column_whose_unit_fits() {
         ["lowpass(common", "delay(common", "play(common"].iter().any(|of| formula.contains(of))
     };
     assert!(!effects.iter().any(|effect| past(&effect.formula)));
-    // Only an angle turns: in one harmonic, two or six, and as a sensitivity.
-    assert_eq!(forms(&["shaft_deg"], "mm").0, forms(&["load"], "mm").0 + 4);
+    // Only an angle turns: in one harmonic, two or six, differently in each direction, and as a sensitivity.
+    assert_eq!(forms(&["shaft_deg"], "mm").0, forms(&["load"], "mm").0 + 5);
     // A name that cannot stand in an expression is left out.
     let (made, _, effects) = forms(&["load_n", "two words", "supply_v"], "counts");
     assert_eq!(made, forms(&["load_n", "supply_v"], "counts").0);
