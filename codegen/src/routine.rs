@@ -13,6 +13,7 @@ use crate::piecewise::{self, Shape};
 use crate::program::Program;
 use crate::quantity::Quantity;
 use crate::reference::{Reference, TooSteep};
+use crate::text::rounded_up;
 
 /// A designed routine with everything that is known about it.
 #[derive(Debug, Clone)]
@@ -39,6 +40,10 @@ const TABLE_DEGREE: usize = 3;
 /// See [`TABLE_DEGREE`].
 const TABLES_LOG2: std::ops::RangeInclusive<u32> = 4..=9;
 
+/// Part of a table's bound above which that of one with twice the segments shows that no further one is much better: of
+/// polynomials alone it would be a sixteenth.
+const STILL_BETTER: f64 = 0.8;
+
 /// Bits that a table's polynomials give up at most for an instruction less.
 const WORTH_A_SHIFT: i64 = 1;
 /// A cheaper table is kept unless its bound is so many times that of the next.
@@ -60,9 +65,9 @@ fitter::errors! {
             by(range) by(extrapolate);
         EmptyRange(a: f64, b: f64) =>
             says("the range {a}…{b} is empty") mend("give its lower end first, both as finite numbers") by(range);
-        Unreachable { format: &'static str, wanted: f64, reachable: f64, degree: usize, unit: String } =>
+        Unreachable { format: &'static str, wanted: f64, reachable: f64, by: String, unit: String } =>
             says("no {format} routine of degree {LARGEST_DEGREE} or less is proven within {wanted:e} {unit}: \
-                the best is {reachable:.3e} {unit} at degree {degree}")
+                the best is {} {unit} {by}", rounded_up(*reachable))
             mend("ask for that, or for another format, input or output");
         Table { degree: usize, segments: usize } =>
             says("a table of {segments} polynomials of degree {degree}")
@@ -70,7 +75,7 @@ fitter::errors! {
         TableFormat(it: &'static str) =>
             says("a table needs 32-bit words") found("format {it}") expected("q31 or q31-split") by(format);
         TableUnreachable { suffix: String, wanted: f64, reachable: f64, unit: String } =>
-            says("{suffix} is proven within {reachable:.3e} {unit} only, not {wanted:e}")
+            says("{suffix} is proven within {} {unit} only, not {wanted:e}", rounded_up(*reachable))
             mend("ask for more segments or a higher degree");
         CoarseOutput { digits: u32, step: f64, wanted: f64, unit: String } =>
             says("the output counts in 10^-{digits} of the unit, that is {step:.3e} {unit}, of which half \
@@ -302,30 +307,51 @@ impl<'a> Task<'a> {
         let noise = self.coefficients.noise();
         let usual = || self.quantity.largest_default_bound(self.range.0, self.range.1, noise);
         let largest = self.options.bound.unwrap_or_else(usual);
-        match best {
-            Some((bound, _, design)) if bound <= largest => Ok(self.finish(design)),
-            best => self.table_instead().ok_or_else(|| {
-                let (reachable, degree) =
-                    best.map_or((f64::INFINITY, LARGEST_DEGREE), |(bound, degree, _)| (bound, degree));
-                let (format, unit) = (self.wanted.format.name(), self.quantity.bound_unit);
-                RoutineError::Unreachable { format, wanted: self.target, reachable, degree, unit }
-            }),
-        }
+        let polynomial = match best {
+            Some((bound, _, design)) if bound <= largest => return Ok(self.finish(design)),
+            Some((reachable, degree, _)) => Nearest { reachable, by: format!("at degree {degree}") },
+            None => unreachable!("the largest degree is tried"),
+        };
+        self.table_instead().map_err(|table| {
+            let (format, unit) = (self.wanted.format.name(), self.quantity.bound_unit.clone());
+            let nearer = table.filter(|table| table.reachable < polynomial.reachable);
+            let Nearest { reachable, by } = nearer.unwrap_or(polynomial);
+            RoutineError::Unreachable { format, wanted: self.target, reachable, by, unit }
+        })
     }
 
-    /// Powers of a high order cancel each other in fixed point; short polynomials do not.
-    fn table_instead(&self) -> Option<Routine> {
+    /// Powers of a high order cancel each other in fixed point; short polynomials do not. Else what comes nearest.
+    fn table_instead(&self) -> Result<Routine, Option<Nearest>> {
         let possible = self.options.degree.is_none() && self.wanted.format.bits() == 31;
-        if !possible {
-            return None;
-        }
-        TABLES_LOG2.into_iter().find_map(|segments_log2| {
+        let mut nearest: Option<Nearest> = None;
+        for segments_log2 in TABLES_LOG2.filter(|_| possible) {
             let method =
                 Method::Piecewise { degree: TABLE_DEGREE, segments_log2, padded: false, place: None };
             let bounded = Options { bound: Some(self.target), ..self.options.clone() };
-            design(self.coefficients, &bounded, &RoutineOptions { method, ..self.wanted.clone() }).ok()
-        })
+            match design(self.coefficients, &bounded, &RoutineOptions { method, ..self.wanted.clone() }) {
+                Ok(routine) => return Ok(routine),
+                Err(RoutineError::TableUnreachable { suffix, reachable, .. }) => {
+                    let before = nearest.as_ref().map_or(f64::INFINITY, |nearest| nearest.reachable);
+                    if reachable < before {
+                        nearest = Some(Nearest { reachable, by: format!("as {suffix}") });
+                    }
+                    if reachable > STILL_BETTER * before {
+                        break;
+                    }
+                }
+                Err(_) => (),
+            }
+        }
+        Err(nearest)
     }
+}
+
+/// The smallest bound that was found, where it is not small enough.
+struct Nearest {
+    /// In the bound's unit.
+    reachable: f64,
+    /// By what.
+    by: String,
 }
 
 /// The function of a model over a plan's range, and a little beyond, where the variable's rounding may reach.

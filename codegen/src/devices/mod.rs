@@ -31,6 +31,7 @@ use crate::options::Options;
 use crate::reference::TooSteep;
 use crate::render::RenderError;
 use crate::routine::RoutineError;
+use crate::text::rounded_up;
 
 /// One mirror.
 #[derive(Debug, Clone)]
@@ -123,7 +124,7 @@ fitter::errors! {
             says("the margin is {it}") mend("give a part of the coefficients, 0 or more and at most 10") by(margin);
         Unreachable { degree: usize, wanted: f64, reachable: f64, worst: String, unit: String } =>
             says("no routine of degree {degree} or less is proven within {wanted:.3e} {unit} for all devices: the best \
-                is {reachable:.3e} {unit}, for device {worst}")
+                is {} {unit}, for device {worst}", rounded_up(*reachable))
             mend("ask for that, or for a smaller margin") by(bound) by(margin);
         TooSteep { device: String, cause: TooSteep } => of(cause) about("device {device}");
     }

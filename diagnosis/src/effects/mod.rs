@@ -11,6 +11,7 @@ mod operators;
 mod over;
 pub mod page;
 mod read;
+mod read_once;
 mod report;
 mod term;
 
@@ -20,11 +21,11 @@ pub use operators::{low_pass, play_from};
 pub use over::Over;
 pub(crate) use read::Read;
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use fitter::error_model::Sensor;
 use fitter::terms::Operator;
+use read_once::ReadOnce;
 
 pub use crate::experiment::Experiment;
 use crate::rows::Rows;
@@ -154,15 +155,12 @@ pub fn catalogue(sensor: &Sensor) -> Arc<[Effect]> {
 
 /// The same for a position in `unit`, of a pair of probes or of a sensor that reports it; read once for each.
 fn catalogue_in(pair: bool, unit: &str) -> Arc<[Effect]> {
-    type Known = BTreeMap<(bool, String), Arc<[Effect]>>;
-    static READ: Mutex<Known> = Mutex::new(BTreeMap::new());
-    // What a thread that failed left behind is whole: it is put in at once.
-    let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    static READ: ReadOnce<(bool, String)> = ReadOnce::new();
     let made = || {
-        let effects = declared::catalogued(physics::CATALOGUE, pair, unit);
-        effects.unwrap_or_else(|error| unreachable!("the catalogue is read in every test: {error}")).into()
+        declared::catalogued(physics::CATALOGUE, pair, unit)
+            .unwrap_or_else(|error| unreachable!("the catalogue is read in every test: {error}"))
     };
-    Arc::clone(read.entry((pair, unit.to_string())).or_insert_with(made))
+    READ.get((pair, unit.to_string()), made)
 }
 
 /// The catalogue for a reader: the position is in `p`.
