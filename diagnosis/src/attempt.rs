@@ -129,10 +129,14 @@ pub fn with_curves<'a>(
     first: usize,
 ) -> Attempt<'a> {
     // Without a curve it is what the search without them refused.
-    let holds_curve = |attempt: &Attempt| {
-        attempt.settled.handed.terms.iter().any(|term| term.effect.is_some_and(|e| e >= first))
+    let counts = |attempt: &Attempt| {
+        let effects = attempt.settled.handed.terms.iter().filter_map(|term| term.effect);
+        let curves: Vec<&Effect> = effects.filter(|e| *e >= first).map(|e| &hand_on.catalogue[e]).collect();
+        let follows = curves.iter().any(|curve| curve.remembers());
+        !curves.is_empty()
+            && attempt.is_chosen_over(&described, hand_on)
+            && (!follows || attempt.is_shown_by_passes(hand_on))
     };
-    let counts = |attempt: &Attempt| holds_curve(attempt) && attempt.is_chosen_over(&described, hand_on);
     match best(hand_on, skip, accuracy) {
         Ok(attempt) if counts(&attempt) => attempt,
         _ => described,

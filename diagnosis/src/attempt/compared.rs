@@ -4,7 +4,7 @@
 use super::Attempt;
 use crate::explain::Explanation;
 use crate::hand_on::HandOn;
-use crate::held_out::{self, Choice, Gain, Groups, Shown, gain};
+use crate::held_out::{self, Choice, Groups, Shown, gain};
 use crate::search::Term;
 use crate::thresholds::NO_WORSE;
 use crate::thresholds::compose::{CLEARLY, OVERFITTED};
@@ -27,9 +27,15 @@ impl Attempt<'_> {
     /// Whether a curve of this attempt counts beside another one: the search without the held-out rows chose it, and it predicts
     /// them better than the base and better than the other, beyond the intervals of both gains.
     pub(super) fn is_chosen_over(&self, other: &Attempt, hand_on: &HandOn) -> bool {
-        self.is_shown_by_choice()
+        let shown = self.settled.shown.as_ref().filter(|shown| shown.chosen_without);
+        shown.is_some_and(|shown| self.is_shown_by(shown))
             && other.is_fitted_by(self)
             && self.predicts_surely_better_than(other, hand_on)
+    }
+
+    /// Whether whole passes show it. Between blocks a curve that follows slowly does as well as any slow function of the time.
+    pub(super) fn is_shown_by_passes(&self, hand_on: &HandOn) -> bool {
+        self.shown_by("pass", hand_on).is_some_and(|shown| self.is_shown_by(&shown))
     }
 
     /// Whether the terms of an attempt with forms are clearly likelier, for what is asked of each.
@@ -56,12 +62,9 @@ impl Attempt<'_> {
         }
     }
 
-    /// Whether the search without the held-out rows chose what predicts them better, beyond the interval of the gain, and not
-    /// much worse than those that it saw.
-    fn is_shown_by_choice(&self) -> bool {
-        let chosen = self.settled.shown.as_ref().is_some_and(|shown| shown.chosen_without);
-        let certain = self.fit.gain.as_ref().is_some_and(Gain::is_certain);
-        chosen && certain && self.left() < OVERFITTED * self.fit.after.train_rms
+    /// Whether held-out rows are predicted better, beyond the interval of the gain, and not much worse than those that were fitted.
+    fn is_shown_by(&self, shown: &Shown) -> bool {
+        gain(&shown.gains).is_certain() && shown.rms < OVERFITTED * self.fit.after.train_rms
     }
 
     /// Whether it predicts held-out groups better than another attempt, beyond the interval of the difference. One of which other

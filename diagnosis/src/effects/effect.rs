@@ -218,6 +218,11 @@ impl Effect {
         values
     }
 
+    /// Whether it depends on what was before.
+    pub fn remembers(&self) -> bool {
+        self.made.declared.adds.iter().any(|added| added.sentence.remembers())
+    }
+
     /// Whether a shape says how things stood before the first row, which the first rows alone can tell.
     pub fn begins_before(&self, rows: &Rows, shape: &[f64]) -> bool {
         let before = |play: &Play| play.elements.iter().any(|element| element.initial.is_some());
