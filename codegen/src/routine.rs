@@ -310,7 +310,7 @@ impl<'a> Task<'a> {
         let polynomial = match best {
             Some((bound, _, design)) if bound <= largest => return Ok(self.finish(design)),
             Some((reachable, degree, _)) => Nearest { reachable, by: format!("at degree {degree}") },
-            None => unreachable!("the largest degree is tried"),
+            None => unreachable!("the named or the largest degree is tried"),
         };
         self.table_instead().map_err(|table| {
             let (format, unit) = (self.wanted.format.name(), self.quantity.bound_unit.clone());
@@ -320,11 +320,14 @@ impl<'a> Task<'a> {
         })
     }
 
-    /// Powers of a high order cancel each other in fixed point; short polynomials do not. Else what comes nearest.
+    /// A table, where no polynomial meets the bound: powers of a high order cancel each other in fixed point, those of short
+    /// polynomials do not. Where no table does, the error is the nearest one, if any was designed.
     fn table_instead(&self) -> Result<Routine, Option<Nearest>> {
-        let possible = self.options.degree.is_none() && self.wanted.format.bits() == 31;
+        if self.options.degree.is_some() || self.wanted.format.bits() != 31 {
+            return Err(None);
+        }
         let mut nearest: Option<Nearest> = None;
-        for segments_log2 in TABLES_LOG2.filter(|_| possible) {
+        for segments_log2 in TABLES_LOG2 {
             let method =
                 Method::Piecewise { degree: TABLE_DEGREE, segments_log2, padded: false, place: None };
             let bounded = Options { bound: Some(self.target), ..self.options.clone() };
@@ -333,7 +336,7 @@ impl<'a> Task<'a> {
                 Err(RoutineError::TableUnreachable { suffix, reachable, .. }) => {
                     let before = nearest.as_ref().map_or(f64::INFINITY, |nearest| nearest.reachable);
                     if reachable < before {
-                        nearest = Some(Nearest { reachable, by: format!("as {suffix}") });
+                        nearest = Some(Nearest { reachable, by: format!("with the table {suffix}") });
                     }
                     if reachable > STILL_BETTER * before {
                         break;
@@ -346,11 +349,11 @@ impl<'a> Task<'a> {
     }
 }
 
-/// The smallest bound that was found, where it is not small enough.
+/// The smallest proven bound, where it is not small enough.
 struct Nearest {
     /// In the bound's unit.
     reachable: f64,
-    /// By what.
+    /// The routine that has it, as the end of a sentence.
     by: String,
 }
 
