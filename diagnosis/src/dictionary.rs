@@ -37,6 +37,8 @@ pub struct Family {
     pub smallest_part: f64,
     /// How many families each one of these was chosen from, by what they explain; 1 where there was no choice.
     pub stands_for: f64,
+    /// How many columns of a candidate are the effect's own, where the others are what is missing of it.
+    pub own: Option<usize>,
     /// Rows at which it may begin, where it is a step: all of them are tried at once, and not its candidates.
     pub begins: Option<std::ops::Range<usize>>,
 }
@@ -45,7 +47,7 @@ impl Family {
     /// A family without candidates yet, of a column that is a measurement of its own or of another one.
     fn of(kind: Kind, measured: bool) -> Family {
         let smallest_part = if measured { SMALLEST_PART_MEASURED } else { SMALLEST_PART };
-        Family { kind, candidates: 0..0, smallest_part, stands_for: 1.0, begins: None }
+        Family { kind, candidates: 0..0, smallest_part, stands_for: 1.0, own: None, begins: None }
     }
 }
 
@@ -76,6 +78,8 @@ pub struct Projected {
     pub blocks: Vec<Columns>,
     /// For every candidate the range of its columns among all (empty where nothing is left of it).
     pub of: Vec<std::ops::Range<usize>>,
+    /// For every candidate the first of them that is its own: those before are what is missing of it.
+    pub own: Vec<usize>,
     /// For every column which part of the raw one's length was left.
     pub parts: Vec<f64>,
 }
@@ -133,6 +137,13 @@ pub struct Scratch {
     pub scores: Vec<f64>,
 }
 
+impl Scratch {
+    /// The scores of a candidate's own columns beside what is missing of it.
+    pub fn own(&self, projected: &Projected, c: usize) -> &[f64] {
+        &self.scores[self.kept.partition_point(|k| *k < projected.own[c])..]
+    }
+}
+
 impl Dictionary {
     /// Builds the dictionary of the effects that the recording can show (`skip` names ids to leave out).
     pub fn new(rows: &Rows, catalogue: &[Effect], order: usize, skip: &[String]) -> Dictionary {
@@ -153,7 +164,8 @@ impl Dictionary {
                 (true, [range]) => Some(range.low as usize..range.high as usize + 1),
                 _ => None,
             };
-            let of_effect = Family { begins, ..Family::of(Kind::Effect(index), effect.measured) };
+            let own = effect.own_columns();
+            let of_effect = Family { own, begins, ..Family::of(Kind::Effect(index), effect.measured) };
             d.add(of_effect, groups);
         }
         for family in generic {
@@ -194,11 +206,12 @@ impl Dictionary {
     pub fn project(&self, whitener: &Whitener, basis: &Basis) -> Projected {
         let together: Vec<_> = self.candidates.chunks(TOGETHER).collect();
         let parts = parallel::map(&together, |some| self.project_some(some, whitener, basis));
-        let mut all = Projected { blocks: Vec::new(), of: Vec::new(), parts: Vec::new() };
+        let mut all = Projected { blocks: Vec::new(), of: Vec::new(), own: Vec::new(), parts: Vec::new() };
         for part in parts {
             let first = all.parts.len();
             all.blocks.extend(part.blocks);
             all.of.extend(part.of.into_iter().map(|r| r.start + first..r.end + first));
+            all.own.extend(part.own.into_iter().map(|own| own + first));
             all.parts.extend(part.parts);
         }
         all
@@ -210,18 +223,23 @@ impl Dictionary {
         let raw =
             |c: &'_ Candidate| if self.families[c.family].begins.is_some() { 0 } else { c.columns.len() };
         columns.reserve(candidates.iter().map(raw).sum());
-        let of_all = candidates.iter().flat_map(|c| &c.columns[..raw(c)]);
+        let missing = |c: &'_ Candidate| self.families[c.family].own.map_or(0, |own| raw(c) - own);
+        let of_all = candidates.iter().flat_map(|c| {
+            let (own, missing) = c.columns[..raw(c)].split_at(raw(c) - missing(c));
+            missing.iter().chain(own)
+        });
         whitener.whiten_onto(of_all.map(Vec::as_slice), &mut columns);
         let length = |column: &[f64]| dot(column, column).sqrt();
         let lengths: Vec<f64> = (0..columns.count()).map(|k| length(columns.get(k))).collect();
         columns.project_off(&basis.columns);
         let mut parts = Vec::new();
-        let mut of = Vec::with_capacity(candidates.len());
+        let (mut of, mut own) = (Vec::with_capacity(candidates.len()), Vec::new());
         // What is left of a column moves up to where the last one that was kept ends.
         let (mut kept, mut next) = (0, 0);
         for candidate in candidates {
             let first = kept;
-            for _ in 0..raw(candidate) {
+            let mut first_own = first;
+            for k in 0..raw(candidate) {
                 let (earlier, column) = columns.split(next);
                 for q in earlier[first * column.len()..kept * column.len()].chunks_exact(column.len()) {
                     let a = dot(q, column);
@@ -234,12 +252,16 @@ impl Dictionary {
                     columns.move_up(next, kept);
                     kept += 1;
                 }
+                if k < missing(candidate) {
+                    first_own = kept;
+                }
                 next += 1;
             }
             of.push(first..kept);
+            own.push(first_own);
         }
         columns.truncate(kept);
-        Projected { blocks: vec![columns], of, parts }
+        Projected { blocks: vec![columns], of, own, parts }
     }
 }
 
@@ -293,6 +315,7 @@ mod tests {
         let none = Projected {
             blocks: vec![Columns::new(60)],
             of: std::iter::once(0..0).collect(),
+            own: vec![0],
             parts: Vec::new(),
         };
         let mut residual = Columns::new(60);
@@ -315,7 +338,8 @@ mod tests {
         let mut residual = column(n, 11);
         beside.project_off(&mut residual);
         let of = std::iter::once(0..3).collect();
-        let projected = Projected { blocks: vec![own.columns.clone()], of, parts: vec![1.0; 3] };
+        let projected =
+            Projected { blocks: vec![own.columns.clone()], of, own: vec![0], parts: vec![1.0; 3] };
         let mut further = Columns::new(n);
         (0..2).for_each(|k| further.push(beside.columns.get(k)));
         further.push(&residual);

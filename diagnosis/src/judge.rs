@@ -16,7 +16,7 @@ use crate::lasting::Lasting;
 use crate::model::{self, FittedTerm, Model, choose_order};
 use crate::search::Term;
 use crate::thresholds::judge::{
-    ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, OF_FITTED, OF_ONE_STEP, REMEMBERS,
+    ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, OF_FITTED, OF_ONE_STEP, OF_OTHERS, REMEMBERS,
 };
 use crate::thresholds::{AT_FLOOR, NO_WORSE};
 use crate::undecided::Weighted;
@@ -111,6 +111,7 @@ impl<'a> Judge<'a, '_> {
                         let mut kept = named.clone();
                         self.keep_beyond_noise(&mut kept, &joint, &mut judged);
                         self.keep_no_single_steps(&mut kept, &mut judged);
+                        self.keep_what_others_get(&mut kept, &joint, &mut judged);
                         let undecided = self.undecided(&mut kept, &joint);
                         let Some(handed) = self.only(handed, &kept, named.len()) else {
                             self.extend_intervals(&mut joint, &mut judged);
@@ -198,6 +199,29 @@ impl<'a> Judge<'a, '_> {
             )
         }));
         *kept = others;
+    }
+
+    /// Leaves out the effects of which too much is missing here: other recordings would get little of what they explain.
+    fn keep_what_others_get(&self, kept: &mut Vec<Term>, joint: &Model, judged: &mut Vec<String>) {
+        let error = &self.explanation.search.rows.error;
+        let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
+        let squares = |left: &[f64]| rms(&centred(left)).powi(2);
+        let left = less(error, &joint.value());
+        let explained = squares(&less(error, &self.before.value())) - squares(&left);
+        let part = |term: &FittedTerm| {
+            let missing = less(&self.hand_on.of_others(term, joint)?, &term.contribution);
+            Some(1.0 - (squares(&less(&left, &missing)) - squares(&left)) / explained)
+        };
+        let fitted = |t: &Term| joint.terms.iter().find(|fitted| same(&fitted.term, t));
+        let missing = |t: &Term| fitted(t).and_then(part).is_some_and(|part| part < OF_OTHERS);
+        judged.extend(kept.iter().filter(|t| missing(t)).map(|t| {
+            format!(
+                "{} is not handed on: it explains this recording by what was before it and in its pauses, which is not \
+                 known of others",
+                self.id(t)
+            )
+        }));
+        kept.retain(|t| !missing(t));
     }
 
     /// What is handed on of these effects alone; nothing where none remains, or where what remains does not hold.

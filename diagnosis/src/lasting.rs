@@ -31,8 +31,15 @@ impl<'a, 'b> Lasting<'a, 'b> {
     fn above(&self, others: &[&Term], added: &[&Term]) -> f64 {
         let search = &self.explanation.search;
         let noise = &search.noise;
-        let beside = [self.base.clone(), columns(others)].concat();
-        let gain = noise.correlation.gain(&noise.clean, &beside, &noise.sigma, &columns(added));
+        let mut beside = [self.base.clone(), columns(others)].concat();
+        let mut own = Vec::new();
+        for term in added {
+            let count = search.dictionary.families[term.family].own.unwrap_or(term.columns.len());
+            own.extend_from_slice(&term.columns[..count]);
+            // What is missing of an effect shows nothing.
+            beside.extend_from_slice(&term.columns[count..]);
+        }
+        let gain = noise.correlation.gain(&noise.clean, &beside, &noise.sigma, &own);
         let asked = added.iter().map(|term| search.price(term)).sum::<f64>();
         let alone = others.is_empty() && added.len() == 1;
         gain - if alone { asked.min(BY_CHANCE) } else { asked }

@@ -325,7 +325,8 @@ impl<'a> Search<'a> {
                 let scores = &scratch.scores;
                 let s = dot(scores, scores);
                 explained_by.push(s);
-                if scores.is_empty() || !self.possible(f, scores) {
+                let pays = self.pays_beside_what_is_missing(f, scratch.own(projected, c));
+                if scores.is_empty() || !self.possible(f, scores) || !pays {
                     continue;
                 }
                 possible.push((log_tail(s, scores.len()), c, s));
@@ -390,6 +391,14 @@ impl<'a> Search<'a> {
             explained,
             surprise: self.calibration.families[family].surprise(log_tail(explained, 1)),
         })
+    }
+
+    /// Whether scores of a candidate's own columns beside what is missing of it are worth their price. What is missing follows much
+    /// that happened between pauses, and shows nothing.
+    fn pays_beside_what_is_missing(&self, family: usize, own: &[f64]) -> bool {
+        let known = &self.prices[family];
+        self.dictionary.families[family].own.is_none()
+            || dot(own, own) >= known[own.len().min(known.len() - 1)]
     }
 
     /// Whether scores of one sign can be this family's.

@@ -823,6 +823,13 @@ pub mod effects {
         pub const STEEPEST: f64 = 0.9;
     }
 
+    /// See [`crate::effects::unsettled`].
+    pub mod unsettled {
+        /// So many times the usual time between rows is a pause, in which a column may do anything. By judgement: twice as long
+        /// as moving back to the first stop takes in the simulated recordings.
+        pub const PAUSE: f64 = 5.0;
+    }
+
     /// See [`crate::effects::grid`].
     pub mod grid {
         /// Ratio of the ends of a parameter's range from which on it is searched on a logarithmic scale. By judgement.
@@ -987,6 +994,10 @@ pub mod judge {
     /// Least part of the gain on fitted rows that held-out ones must show for anything to be handed on. Of 420 answers with a
     /// gain (`trials beyond`, seeds 1429631257 and 2741331192) three showed less: two made a fresh recording worse.
     pub const OF_FITTED: f64 = 0.2;
+    /// Least part of the squares which an effect explains here that would have gone by what other recordings get of it, which
+    /// know nothing of what is missing. Of four lags that began elsewhere it was 0.5 to 0.7, in four device's recordings that
+    /// right forms made worse less than nothing.
+    pub const OF_OTHERS: f64 = 0.4;
     /// Part of a form's column about its mean that one step explains, from which on it is one. By judgement: a thermostat that
     /// switched once is above 0.99. Of 40 recordings of a reference that switches by itself three had terms for firmware
     /// without it, two of them such thermostats.

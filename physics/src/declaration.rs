@@ -87,6 +87,29 @@ pub struct Known {
     /// What physics has this form, where it is a form without a name.
     #[serde(default)]
     pub readings: Vec<String>,
+    /// Where it is not known what came before.
+    pub unsettled: Option<Unsettled>,
+}
+
+/// Of an effect that follows slowly it is not known how far it had come, so that what is missing is fitted. It fades, and says
+/// nothing of other recordings.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Unsettled {
+    /// Name of the time constant.
+    pub fades_with: String,
+    /// Since when it is not known.
+    pub since: Since,
+}
+
+/// Since when it is not known how far an effect had come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Since {
+    /// The first row.
+    Start,
+    /// The first row, and again the first row after every pause.
+    Pauses,
 }
 
 /// An expression with the parameters of the effect that it reads.
@@ -285,12 +308,25 @@ impl Reader<'_> {
             return Err(self.refuse("has forms of different factors, expected the same in each"));
         }
         let parameters = entries.iter().map(|(name, entry)| self.parameter(name, entry, &plain));
+        let parameters = parameters.collect::<Result<Vec<_>, _>>()?;
+        if let Some(Unsettled { fades_with, .. }) = &entry.known.unsettled {
+            let is_time =
+                |parameter: &DeclaredParameter| parameter.unit.in_units_of(&Unit::named("s")).is_some();
+            let searched = |parameter: &&DeclaredParameter| {
+                parameter.name == *fades_with
+                    && matches!(parameter.role, Role::Searched(_))
+                    && is_time(parameter)
+            };
+            parameters.iter().find(searched).ok_or_else(|| {
+                self.refuse(format!("`unsettled` fades with `{fades_with}`, expected a parameter that is searched, of the unit s"))
+            })?;
+        }
         let possible = entry.possible.as_ref().map(|text| self.formula("possible", text, None, &plain, true));
         let reported = entry.reported.iter().map(|reported| self.reported(reported, &plain));
         Ok(Declared {
             id: self.id.to_string(),
             title: entry.title.clone().unwrap_or_else(|| self.id.replace('_', " ")),
-            parameters: parameters.collect::<Result<_, _>>()?,
+            parameters,
             possible: possible.transpose()?,
             reported: reported.collect::<Result<_, _>>()?,
             known: entry.known.clone(),

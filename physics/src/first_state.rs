@@ -18,13 +18,11 @@ impl Sentence {
         values: &[f64],
         nearer: f64,
     ) -> Result<String, String> {
-        let mut lags = Vec::new();
-        self.root.unstated_lags(&mut lags);
-        let mut text = self.text.clone();
-        // From the end, so that the places before stay.
-        lags.sort_by_key(|lag| std::cmp::Reverse(lag.span.end));
-        // What follows something with a parameter begins with it: no number would go with its values.
-        for lag in lags.into_iter().filter(|lag| !lag.followed.has_parameter()) {
+        self.where_lags_begin(|lag| {
+            // What follows something with a parameter begins with it: no number would go with its values.
+            if lag.followed.has_parameter() {
+                return Ok(None);
+            }
             let state = lag.node.value(columns, values, false)?;
             let followed = lag.followed.value(columns, values, false)?.times(lag.factor);
             let rows = state.rows.len();
@@ -32,8 +30,45 @@ impl Sentence {
             let squares = |of: &dyn Fn(usize) -> f64| {
                 (0..rows).map(|row| (state.at(row) - of(row)).powi(2)).sum::<f64>()
             };
-            if nearer.powi(2) * squares(&|_| mean) < squares(&|row| followed.at(row)) {
-                text.insert_str(lag.span.end - 1, &format!(", {mean}"));
+            let is_nearer = nearer.powi(2) * squares(&|_| mean) < squares(&|row| followed.at(row));
+            Ok(is_nearer.then_some(mean))
+        })
+    }
+
+    /// The text where no lag states its state before the first row by a number.
+    pub fn where_lags_state_nothing(&self) -> String {
+        let mut stated = Vec::new();
+        self.root.stated_lags(&mut stated);
+        stated.sort_by_key(|span| std::cmp::Reverse(span.end));
+        let mut text = self.text.clone();
+        for span in stated {
+            // A number holds no comma.
+            if let Some(comma) = text[span.clone()].rfind(',') {
+                text.replace_range(span.start + comma..span.end - 1, "");
+            }
+        }
+        text
+    }
+
+    /// The text where every such lag begins at zero: a body that nothing has heated yet.
+    pub fn from_nothing(&self) -> String {
+        // It never fails.
+        self.where_lags_begin(|_| Ok(Some(0.0))).unwrap_or_else(|_: String| self.text.clone())
+    }
+
+    /// The text with a number for where a lag begins that does not state it, where there is one.
+    fn where_lags_begin(
+        &self,
+        start: impl Fn(&Lag) -> Result<Option<f64>, String>,
+    ) -> Result<String, String> {
+        let mut lags = Vec::new();
+        self.root.unstated_lags(&mut lags);
+        let mut text = self.text.clone();
+        // From the end, so that the places before stay.
+        lags.sort_by_key(|lag| std::cmp::Reverse(lag.span.end));
+        for lag in &lags {
+            if let Some(start) = start(lag)? {
+                text.insert_str(lag.span.end - 1, &format!(", {start}"));
             }
         }
         Ok(text)
@@ -57,6 +92,15 @@ impl Node {
             Node::Apply(applied) => applied.arguments.iter().any(|(argument, _)| argument.has_parameter()),
             Node::Constant(_) | Node::Column(_) => false,
         }
+    }
+
+    /// The places of lags that begin at a number.
+    fn stated_lags(&self, found: &mut Vec<Range<usize>>) {
+        let Node::Apply(Applied { operator, arguments, span, .. }) = self else { return };
+        if let ("lowpass", [_, _, (Node::Constant(_), _)]) = (operator.name(), &arguments[..]) {
+            found.push(span.clone());
+        }
+        arguments.iter().for_each(|(argument, _)| argument.stated_lags(found));
     }
 
     fn unstated_lags<'a>(&'a self, found: &mut Vec<Lag<'a>>) {

@@ -29,13 +29,27 @@ fn of_columns(file: &str, columns: &[&str]) -> Vec<String> {
     // Comments are for the reader of the file: one stands before the form that it is about, and so behind another.
     let lines: Vec<&str> = file.lines().filter(|line| !line.starts_with('#')).collect();
     for form in lines.join("\n").split(BEGINS).skip(1).map(|form| format!("{BEGINS}{}\n", form.trim_end())) {
-        let mut filled = vec![(form, Vec::new())];
+        let mut filled: Vec<(String, Vec<usize>)> =
+            with_states(form).into_iter().map(|form| (form, Vec::new())).collect();
         for place in &PLACES {
             filled = filled.into_iter().flat_map(|(form, used)| place.fill(form, &used, columns)).collect();
         }
         forms.extend(filled.into_iter().map(|(form, _)| form));
     }
     forms
+}
+
+/// Of a form that may be unsettled all that it can be, the settled one first; else the form alone.
+fn with_states(form: String) -> Vec<String> {
+    let Some(line) = form.lines().find(|line| line.starts_with("unsettled = ")) else { return vec![form] };
+    let named = |id: &str, title: &str| {
+        let form = form.replacen("id = \"", &format!("id = \"{id}_"), 1);
+        form.replacen("\"\nadds", &format!(", {title}\"\nadds"), 1)
+    };
+    let from_start = named("unsettled", "from an unknown state");
+    let after_pauses = named("resumed", "from an unknown state after every pause");
+    let after_pauses = after_pauses.replacen(line, &line.replace("start", "pauses"), 1);
+    vec![form.replacen(&format!("{line}\n"), "", 1), from_start, after_pauses]
 }
 
 /// A place for a column in a form.

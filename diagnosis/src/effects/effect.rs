@@ -153,6 +153,9 @@ impl Effect {
             }
         }
         self.made.needs.iter().try_for_each(|need| need.check(rows))?;
+        if !self.may_be_unsettled(rows) {
+            return Err("there is no pause in the recording".into());
+        }
         let ranges = self.ranges(rows);
         if ranges.iter().any(|range| range.low.is_nan() || range.high.is_nan() || range.low > range.high) {
             return Err("its parameters have no range here".into());
@@ -205,6 +208,7 @@ impl Effect {
                 columns.push(column);
             }
         }
+        columns.extend(self.missing(rows, shape));
         columns
     }
 
@@ -342,6 +346,9 @@ impl Effect {
 
     /// As an operator that is no mere expression, where it is one.
     pub(super) fn term(&self, rows: &Rows, shape: &[f64]) -> Option<Handed> {
+        if self.made.declared.known.unsettled.is_some() {
+            return None;
+        }
         Terms::of(self, self.form(shape), rows, shape).read()
     }
 
@@ -356,7 +363,7 @@ impl Effect {
         let values = self.values(rows, shape, &factors);
         let text = form.sentence.settled(&Read(rows), &form.own(&values));
         let text = text.unwrap_or_else(|_| form.sentence.text.clone());
-        let expressed = self.expressed(form, text, &rows.unit, &values);
+        let expressed = self.with_missing(self.expressed(form, text, &rows.unit, &values), rows);
         let width = expressed.factors.len();
         let map = (0..width).map(|row| (0..width).map(|k| f64::from(u8::from(row == k))).collect()).collect();
         Handed { operator: Operator::Expression(expressed), map }

@@ -14,6 +14,7 @@ mod read;
 mod read_once;
 mod report;
 mod term;
+mod unsettled;
 
 pub use composed::{composed, curves};
 pub use effect::Effect;

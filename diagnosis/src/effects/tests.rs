@@ -125,3 +125,37 @@ fn every_form_can_be_read_of_a_column_whose_unit_fits() {
     );
     assert!(effects.iter().all(|effect| !effect.suggestions.is_empty()));
 }
+
+#[test]
+fn what_is_missing_since_the_start_and_pauses_fades() {
+    let mut rows = rows();
+    // 38 s pass between rows 39 and 40, where 2 s are usual.
+    rows.t_s.iter_mut().skip(40).for_each(|t| *t += 36.0);
+    let sensor = Sensor::EddyCurrentPair { probe_distance_mm: 12.0, initial_gap_mm: 0.3 };
+    let forms = composed(&["coil_a"], &sensor, &[]);
+    let of = |id: &str| forms.iter().find(|form| form.id == id).unwrap();
+    let (settled, start, pauses) = (of("lag_coil_a"), of("unsettled_lag_coil_a"), of("resumed_lag_coil_a"));
+    let columns = pauses.signature(&rows, &[20.0]);
+    assert_eq!(columns[0], settled.signature(&rows, &[20.0])[0]);
+    assert_eq!(columns[..2], start.signature(&rows, &[20.0])[..]);
+    // The pause's middle is at 97 s, 19 s before the next row.
+    let near =
+        |value: f64, expected: f64| assert!((value - expected).abs() < 1e-12, "{value}, expected {expected}");
+    near(columns[1][0], 1.0);
+    near(columns[1][10], (-1f64).exp());
+    assert_eq!(columns[2][39], 0.0);
+    near(columns[2][40], (-19f64 / 20.0).exp());
+    near(columns[2][50], (-39f64 / 20.0).exp());
+    // In a file it is the same, and other recordings get the first column alone.
+    let Operator::Expression(here) = pauses.operator(&rows, &[20.0]).operator else {
+        panic!("an expression")
+    };
+    let value = |of: &[f64]| here.sentence(true).unwrap().values(&super::Read(&rows), of).unwrap();
+    let sum = value(&[2.0, -3.0, 5.0, 20.0]);
+    (0..rows.len())
+        .for_each(|i| near(sum[i], 2.0 * columns[0][i] - 3.0 * columns[1][i] + 5.0 * columns[2][i]));
+    let Operator::Expression(elsewhere) = settled.operator(&rows, &[20.0]).operator else { return };
+    assert_eq!(pauses.without_missing(&here).text, elsewhere.text);
+    // Without a pause there is nothing to resume after.
+    assert!(pauses.testable(&super::tests::rows()).is_err() && start.testable(&super::tests::rows()).is_ok());
+}

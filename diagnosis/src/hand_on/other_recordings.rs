@@ -25,8 +25,11 @@ impl HandOn<'_> {
             first = own.end;
             let named = k.checked_sub(harmonics_of_turn).map(|k| named[k]);
             let reach = named.map_or(1.0, |(fitted, _)| fitted.reach);
-            let form = named.filter(|(_, effect)| effect.is_form());
-            let others = form.and_then(|(fitted, _)| self.for_others(&term, fitted, model));
+            let form = named.filter(|(_, effect)| effect.is_form() || effect.own_columns().is_some());
+            let others = form.and_then(|(fitted, effect)| {
+                let Operator::Expression(here) = &term.operator else { return None };
+                self.for_others(here, &term.coefficients, effect, fitted, model).map(Operator::Expression)
+            });
             let shares = match &others {
                 None => {
                     vec![(term.scope, &term.operator, reach), (Scope::Recording, &term.operator, 1.0 - reach)]
@@ -39,12 +42,15 @@ impl HandOn<'_> {
             };
             for (scope, operator, part) in shares.into_iter().filter(|(.., part)| *part != 0.0) {
                 let scaled = |by: f64, values: &[f64]| values.iter().map(|v| by * v).collect::<Vec<f64>>();
-                parts.extend(own.clone().map(|k| (k, part)));
+                // Other recordings lack the last coefficients, of what only this one lacks.
+                let count = operator.width();
+                parts.extend(own.clone().take(count).map(|k| (k, part)));
+                let covariance = term.covariance.iter().take(count);
                 terms.push(Term {
                     scope,
                     operator: operator.clone(),
-                    coefficients: scaled(part, &term.coefficients),
-                    covariance: term.covariance.iter().map(|row| scaled(part * part, row)).collect(),
+                    coefficients: scaled(part, &term.coefficients[..count]),
+                    covariance: covariance.map(|row| scaled(part * part, &row[..count])).collect(),
                     ..term.clone()
                 });
             }
@@ -57,40 +63,66 @@ impl HandOn<'_> {
         }
     }
 
-    /// The expression of a form as other recordings get it, where that differs: a lag may begin in another state. This recording
-    /// decides where it knows, else what the lag's state was mostly near.
-    fn for_others(&self, term: &Term, fitted: &FittedTerm, model: &Model) -> Option<Operator> {
-        let Operator::Expression(here) = &term.operator else { return None };
-        let parameters = here.parameters.iter().map(|fixed| fixed.value);
-        let values: Vec<f64> = term.coefficients.iter().copied().chain(parameters).collect();
-        let sentence = here.sentence(self.rows.pair).ok()?;
-        let at_mean = |nearer: f64| sentence.with_first_states(&Read(self.full), &values, nearer).ok();
-        let of_text = |text: String| Expressed { text, ..here.clone() };
-        let always = of_text(at_mean(0.0)?);
-        if always.text == here.text {
+    /// What a form would add to this recording as other recordings get it; none of one of which nothing is missing here.
+    pub fn of_others(&self, fitted: &FittedTerm, model: &Model) -> Option<Vec<f64>> {
+        let effect = &self.catalogue[fitted.effect?];
+        let own = effect.own_columns()?;
+        let Operator::Expression(here) = effect.operator(self.rows, &fitted.term.shape).operator else {
             return None;
-        }
-        let read = |expressed: &Expressed| {
-            expressed.sentence(self.rows.pair).ok()?.values(&Read(self.rows), &values).ok()
         };
-        let worse = self.worse_by(&read(here)?, &read(&always)?, fitted, model);
-        let others = match worse {
-            _ if worse >= SEEN => return None,
-            _ if worse <= -SEEN => always,
-            _ => of_text(at_mean(MUCH_NEARER)?),
-        };
-        (others.text != here.text).then_some(Operator::Expression(others))
+        let others = self.for_others(&here, &fitted.amplitudes, effect, fitted, model)?;
+        self.values(&others, &fitted.amplitudes[..own])
     }
 
-    /// By how much less likely a term makes this recording if its values are `instead`, noise being whatever suits either best, in
-    /// −2 log likelihood.
-    fn worse_by(&self, values: &[f64], instead: &[f64], fitted: &FittedTerm, model: &Model) -> f64 {
+    /// The expression of a form as other recordings get it, where that differs: what is missing here is not known there, and a
+    /// lag may begin in another state. This recording decides where it knows, else what the lag's state was mostly near.
+    fn for_others(
+        &self,
+        here: &Expressed,
+        coefficients: &[f64],
+        effect: &Effect,
+        fitted: &FittedTerm,
+        model: &Model,
+    ) -> Option<Expressed> {
+        let given = effect.without_missing(here);
+        let of_text = |text: String| Expressed { text, ..given.clone() };
+        let settled = of_text(given.sentence(self.rows.pair).ok()?.where_lags_state_nothing());
+        let own = &coefficients[..settled.factors.len()];
+        let values = [own, &here.parameters.iter().map(|fixed| fixed.value).collect::<Vec<f64>>()].concat();
+        let sentence = settled.sentence(self.rows.pair).ok()?;
+        let at_mean = |nearer: f64| sentence.with_first_states(&Read(self.full), &values, nearer).ok();
+        let usual = of_text(at_mean(MUCH_NEARER)?);
+        let cold = if given.text == settled.text { of_text(sentence.from_nothing()) } else { given.clone() };
+        let known = [settled.clone(), of_text(at_mean(0.0)?), cold];
+        let others = if known.iter().all(|other| other.text == settled.text) {
+            settled
+        } else {
+            let likely = self.likelihood(fitted, model);
+            let likely = |other: &Expressed| Some(likely(&self.values(other, own)?));
+            let of_usual = likely(&usual)?;
+            let known = known.into_iter().map(|other| Some((likely(&other)?, other)));
+            let known = known.collect::<Option<Vec<_>>>()?.into_iter();
+            // Of equal ones the first.
+            let best = known.rev().max_by(|a, b| a.0.total_cmp(&b.0));
+            best.filter(|best| best.0 >= of_usual + SEEN).map_or(usual, |best| best.1)
+        };
+        (others.text != here.text).then_some(others)
+    }
+
+    /// The values of an expression over the rows that were searched.
+    fn values(&self, expressed: &Expressed, coefficients: &[f64]) -> Option<Vec<f64>> {
+        let fixed = expressed.parameters.iter().map(|fixed| fixed.value);
+        let values: Vec<f64> = coefficients.iter().copied().chain(fixed).collect();
+        expressed.sentence(self.rows.pair).ok()?.values(&Read(self.rows), &values).ok()
+    }
+
+    /// How likely values of a term make this recording, noise being whatever suits best, in −2 log likelihood less that without it.
+    fn likelihood(&self, fitted: &FittedTerm, model: &Model) -> impl Fn(&[f64]) -> f64 + use<'_> {
         let base = base_columns(self.rows, model.order);
         let without: Vec<f64> = (self.rows.error.iter().zip(model.value()).zip(&fitted.contribution))
             .zip(&model.base_value)
             .map(|(((error, value), own), base)| error - value + own + base)
             .collect();
-        let gain = |values: &[f64]| self.outset.gain(&without, &base, values);
-        gain(values) - gain(instead)
+        move |values| self.outset.gain(&without, &base, values)
     }
 }

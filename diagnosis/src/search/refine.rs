@@ -27,7 +27,13 @@ impl Search<'_> {
         let columns = self.over[e].signature(shape);
         let mut own = Basis::new(self.rows.len());
         let mut left = Vec::with_capacity(columns.len());
-        for column in &columns {
+        let (own_columns, missing) =
+            columns.split_at(self.dictionary.families[family].own.unwrap_or(columns.len()));
+        let mut first_own = 0;
+        for (k, column) in missing.iter().chain(own_columns).enumerate() {
+            if k == missing.len() {
+                first_own = own.rank();
+            }
             let mut w = self.whitener.whiten(column);
             let length = dot(&w, &w).sqrt();
             basis.project_off(&mut w);
@@ -36,6 +42,8 @@ impl Search<'_> {
             }
             left.push(w);
         }
+        // In the order of the columns.
+        left.rotate_left(missing.len());
         if columns.len() > 1
             && self.catalogue[e].limits_amplitudes()
             && !self.catalogue[e].plausible_at(self.rows, shape, &least_squares(&left, residual).coefficients)
@@ -43,7 +51,8 @@ impl Search<'_> {
             return None;
         }
         let scores: Vec<f64> = (0..own.rank()).map(|k| dot(own.columns.get(k), residual)).collect();
-        if scores.is_empty() || !self.possible(family, &scores) {
+        let pays = self.pays_beside_what_is_missing(family, &scores[first_own..]);
+        if scores.is_empty() || !self.possible(family, &scores) || !pays {
             return None;
         }
         let explained = dot(&scores, &scores);

@@ -285,12 +285,16 @@ fn bits_of_a_converter_are_no_wave() {
 #[test]
 fn what_a_coil_heats_is_described_handed_on_and_limited_beyond_what_was_recorded() {
     let scene = scene();
-    let mut noise = normal(77);
-    let mut heat = 0.0;
+    let mut noise = normal(79);
+    // Cold at the first row.
+    let (mut heat, mut power) = (0.0, 0.0);
     let rows = schedule();
     let path = recording(scene.folder.path(), "coil.csv", 6, |row, cells| {
         let current = 0.3 * (row as f64 / 17.0).sin() + if row % 62 < 31 { 0.2 } else { -0.1 };
-        heat += (3.0 / 90.0) * (current * current - heat);
+        let before = std::mem::replace(&mut power, current * current);
+        if row > 0 {
+            heat += (1.0 - f64::exp(-3.0 / 90.0)) * (0.5 * (before + power) - heat);
+        }
         cells[5] = format!("{:.3}", 3600.0 * rows[row].0 * 0.97 - 60.0 * heat + 0.5 * noise());
         cells.push(format!("{current:.5}"));
     });
@@ -309,7 +313,9 @@ fn what_a_coil_heats_is_described_handed_on_and_limited_beyond_what_was_recorded
     let file = std::fs::read_to_string(out.join("coil.coefficients.json")).expect("coefficients");
     let file: Value = serde_json::from_str(&file).expect("JSON");
     let term = file["terms"].as_array().expect("terms").iter().find(|term| term["scope"] == "device");
-    let limits = &term.expect("a term")["operator"]["limits"]["coil_a"];
+    let operator = &term.expect("a term")["operator"];
+    assert_eq!(operator["text"], effect["formula"], "others are cold as well");
+    let limits = &operator["limits"]["coil_a"];
     for (end, recorded, beyond) in [(0, -0.4, -0.225), (1, 0.5, 0.225)] {
         let limit = limits[end].as_f64().expect("a limit");
         assert!((limit - recorded - beyond).abs() < 0.01, "{limits}");

@@ -97,10 +97,10 @@ fn two_effects_that_only_other_recordings_tell_apart_are_handed_on_as_their_mean
     assert!(fit.gain.as_ref().is_some_and(|gain| gain.ci95[0] > 0.0), "{fit:?}");
 }
 
-#[test]
-fn a_lag_that_is_seen_to_begin_at_what_it_follows_does_so_on_other_recordings() {
-    // The coil's heat follows the square of its current within 200 s, from that of the first row on: three times the mean.
-    let (mut noise, mut heat) = (normal(5), None);
+/// Seven passes in which the coil's heat follows the square of its current within 200 s, from `before` (A²) on or, if there is
+/// none, from that of the first row on, which is three times the mean: its terms as other recordings get them, and all.
+fn heated(before: Option<f64>) -> (diagnosis::Outcome, Vec<(Scope, String)>) {
+    let (mut noise, mut heat) = (normal(5), before);
     let scene = scene();
     let path = recording(scene.folder.path(), "r.csv", 7, |row, cells| {
         let (pass, k) = (row / 31, row % 31);
@@ -117,9 +117,40 @@ fn a_lag_that_is_seen_to_begin_at_what_it_follows_does_so_on_other_recordings() 
     let mirror = Mirror::read(scene.mirror.as_ref()).expect("mirror.toml");
     let outcome = diagnose(&recording, &mirror, None, None, &Options::default()).expect("a diagnosis");
     let file = outcome.coefficients.as_ref().expect("coefficients");
-    let [term] = &file.terms[..] else { panic!("{:?}", outcome.diagnosis.effects) };
-    let Operator::Expression(lag) = &term.operator else { panic!("{term:?}") };
-    assert_eq!((term.scope, lag.text.as_str()), (Scope::Device, "k * lowpass(coil_a^2, tau)"));
+    let texts = file.terms.iter().map(|term| match &term.operator {
+        Operator::Expression(expression) => (term.scope, expression.text.clone()),
+        operator => (term.scope, operator.kind().to_string()),
+    });
+    let texts = texts.collect();
+    (outcome, texts)
+}
+
+#[test]
+fn a_lag_that_is_seen_to_begin_at_what_it_follows_does_so_on_other_recordings() {
+    let (_, terms) = heated(None);
+    assert_eq!(terms, [(Scope::Device, "k * lowpass(coil_a^2, tau)".to_string())]);
+}
+
+#[test]
+fn heat_from_before_the_recording_stays_with_it() {
+    let (outcome, terms) = heated(Some(0.6));
+    let [(Scope::Device, elsewhere), (Scope::Recording, here), (Scope::Recording, _)] = &terms[..] else {
+        panic!("{terms:?}: {:?}", outcome.diagnosis.effects);
+    };
+    assert!(
+        elsewhere.starts_with("k * lowpass(coil_a^2, tau") && !elsewhere.contains("missing"),
+        "{elsewhere}"
+    );
+    assert!(here.contains("+ missing_1 * step(t_s, "), "{here}");
+    let [effect] = &outcome.diagnosis.effects[..] else { panic!("{:?}", outcome.diagnosis.effects) };
+    let value =
+        |name: &str| effect.parameters.iter().find(|p| p.name.starts_with(name)).expect("it is stated").value;
+    assert!(
+        (value("k") - 60.0).abs() < 6.0 && (value("tau") - 200.0).abs() < 20.0,
+        "{:?}",
+        effect.parameters
+    );
+    assert!(outcome.diagnosis.fit.after.train_rms < 0.55, "{:?}", outcome.diagnosis.fit);
 }
 
 /// The number at the end of a text.
