@@ -16,7 +16,7 @@ use crate::faults::{self, BadRow};
 use crate::output::{OutputError, write_whole};
 use crate::recording::Recording;
 use crate::statistics::ends;
-use crate::terms::{self, Evaluated, Observables};
+use crate::terms::{self, Evaluated, Observables, Term, depends_on_angle};
 
 errors! {
     /// Why coefficients cannot be applied to a recording.
@@ -197,13 +197,22 @@ fn without(
         return Err(ApplyError::Unit { file: file(), variable, from, to, valid_from, valid_to });
     }
     let same = recording.sha256 == coefficients.recording.sha256;
-    let evaluate = |recording: &Recording| {
-        terms::evaluate(&coefficients.terms, &Observables { recording, sensor }, same)
+    let evaluate = |terms: &[Term], recording: &Recording| {
+        terms::evaluate(terms, &Observables { recording, sensor }, same)
     };
     let evaluated = if kept.len() == rows {
-        evaluate(recording)
+        evaluate(&coefficients.terms, recording)
     } else {
-        evaluate(&recording.select(&kept)).spread(&kept, rows)
+        // No row after a bad one depends on it. What does not remember, and does not read its bad cell, has its own value there;
+        // what does, that of the row before. A bad reading is still where the angle is, more or less.
+        let pair = matches!(sensor, Sensor::EddyCurrentPair { .. });
+        let bad = |name: &str| !depends_on_angle(name) && bad_rows.iter().any(|bad| bad.column == name);
+        let (held, own): (Vec<_>, Vec<_>) =
+            coefficients.terms.iter().cloned().partition(|Term { operator, .. }| {
+                operator.remembers(pair) || operator.observables().into_iter().any(bad)
+            });
+        let of_kept = evaluate(&held, &recording.select(&kept)).spread(&kept, rows);
+        evaluate(&own, recording).and(of_kept)
     };
     let model = coefficients.error_model();
     let scale = sensor.per_internal();

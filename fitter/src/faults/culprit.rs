@@ -43,7 +43,7 @@ pub(super) fn beyond_the_tail(mut deviations: Vec<Fault>, rows: usize) -> Vec<Fa
 /// How far a cell is from what tells its value, and how many times the scatter that is.
 pub(super) fn reason(away: f64, column: &str, what: &str, size: f64) -> String {
     let unit = column.rsplit_once('_').map_or(String::new(), |(_, unit)| format!(" {unit}"));
-    let digits = (3 - away.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let digits = 3i32.saturating_sub(away.abs().log10().floor() as i32).clamp(0, 9) as usize;
     let away = if away.abs() < 1e9 { format!("{away:+.digits$}") } else { format!("{away:+.3e}") };
     let size = if size < 1e9 { format!("{size:.0}") } else { format!("{size:.0e}") };
     format!("{away}{unit} away from what {what} say: {size} times their scatter")

@@ -77,6 +77,19 @@ impl Evaluated {
         Evaluated { inside: held(&self.inside), outside: held(&self.outside), ..self }
     }
 
+    /// It and others.
+    pub fn and(mut self, others: Evaluated) -> Evaluated {
+        let add =
+            |sum: &mut [f64], more: &[f64]| sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+        add(&mut self.inside, &others.inside);
+        add(&mut self.outside, &others.outside);
+        self.missing.extend(others.missing);
+        self.other_recording.extend(others.other_recording);
+        self.blank.extend(others.blank);
+        self.periodic.extend(others.periodic);
+        self
+    }
+
     /// The corrected angle Θ, given θ less all other errors: Θ + Σ periodic(Θ) = `observed`.
     pub fn solve_periodic(&self, observed: f64) -> f64 {
         if self.periodic.is_empty() {

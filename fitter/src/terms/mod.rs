@@ -173,6 +173,22 @@ impl Operator {
         format!("{unit} per {column}")
     }
 
+    /// Whether a row's columns depend on the rows before, those of a pair of probes or of a direct sensor.
+    pub fn remembers(&self, pair: bool) -> bool {
+        match self {
+            Operator::Play(_) | Operator::Lag(_) | Operator::Rate(_) => true,
+            Operator::Expression(expression) => {
+                expression.sentence(pair).is_ok_and(|sentence| sentence.remembers())
+            }
+            Operator::Product(_)
+            | Operator::Exponential(_)
+            | Operator::Step(_)
+            | Operator::Periodic(_)
+            | Operator::Gaussian(_)
+            | Operator::Hinge(_) => false,
+        }
+    }
+
     /// Whether every number of the operator beside its coefficients is known beforehand: no time constant, threshold, width,
     /// or period is fitted.
     pub fn is_linear(&self) -> bool {

@@ -221,6 +221,13 @@ fn no_row_depends_on_a_cell_that_cannot_be_a_reading() {
         term("backlash", Scope::Device, Operator::Play(Play::of("angle_arcsec", &[40.0])), &[0.5]),
         term("thermal_lag", Scope::Device, Operator::Lag(Lag::of("temperature_c", 5.0, 20.0)), &[2.0]),
         term("read_lag", Scope::Device, Operator::Rate(Rate::of("angle_arcsec")), &[0.1]),
+        // Of the angle alone: the row of a cell of another column has its own, far from that of the row before.
+        term(
+            "sensor_clipping",
+            Scope::Device,
+            Operator::Hinge(Hinge::of("angle_arcsec", -5000.0, Side::Above)),
+            &[0.3],
+        ),
     ];
     let file = with_terms(perfect_pair(), terms);
     let whole = apply(&of(&[]), &file).unwrap();
