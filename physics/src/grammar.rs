@@ -46,10 +46,13 @@ fn with_states(form: String) -> Vec<String> {
         let form = form.replacen("id = \"", &format!("id = \"{id}_"), 1);
         form.replacen("\"\nadds", &format!(", {title}\"\nadds"), 1)
     };
+    let settled = form.replacen(&format!("{line}\n"), "", 1);
     let from_start = named("unsettled", "from an unknown state");
-    let after_pauses = named("resumed", "from an unknown state after every pause");
-    let after_pauses = after_pauses.replacen(line, &line.replace("start", "pauses"), 1);
-    vec![form.replacen(&format!("{line}\n"), "", 1), from_start, after_pauses]
+    if !line.contains("pauses") {
+        return vec![settled, from_start];
+    }
+    let from_start = from_start.replacen(line, &line.replace("pauses", "start"), 1);
+    vec![settled, from_start, named("resumed", "from an unknown state after every pause")]
 }
 
 /// A place for a column in a form.

@@ -93,7 +93,7 @@ impl HandOn<'_> {
         let at_mean = |nearer: f64| sentence.with_first_states(&Read(self.full), &values, nearer).ok();
         let usual = of_text(at_mean(MUCH_NEARER)?);
         let cold = if given.text == settled.text { of_text(sentence.from_nothing()) } else { given.clone() };
-        let known = [settled.clone(), of_text(at_mean(0.0)?), cold];
+        let known = [settled.clone(), cold];
         let others = if known.iter().all(|other| other.text == settled.text) {
             settled
         } else {
