@@ -825,8 +825,8 @@ pub mod effects {
 
     /// See [`crate::effects::unsettled`].
     pub mod unsettled {
-        /// So many times the usual time between rows is a pause, in which a column may do anything. By judgement: twice as long
-        /// as moving back to the first stop takes in the simulated recordings.
+        /// So many times the usual time between rows is a pause, in which a column may do anything. By judgement: moving back to
+        /// the first stop takes nine times as long as going on to the next in the simulated recordings.
         pub const PAUSE: f64 = 5.0;
     }
 
@@ -995,8 +995,7 @@ pub mod judge {
     /// gain (`trials beyond`, seeds 1429631257 and 2741331192) three showed less: two made a fresh recording worse.
     pub const OF_FITTED: f64 = 0.2;
     /// Least part of the squares which an effect explains here that would have gone by what other recordings get of it, which
-    /// know nothing of what is missing. Of four lags that began elsewhere it was 0.5 to 0.7, in four device's recordings that
-    /// right forms made worse less than nothing.
+    /// know nothing of what is missing. By judgement: of four lags that began elsewhere it is about 0.5 to 0.7.
     pub const OF_OTHERS: f64 = 0.4;
     /// Part of a form's column about its mean that one step explains, from which on it is one. By judgement: a thermostat that
     /// switched once is above 0.99. Of 40 recordings of a reference that switches by itself three had terms for firmware

@@ -91,6 +91,9 @@ pub struct Known {
     pub unsettled: Option<Unsettled>,
 }
 
+/// With this begin the names of what is missing of an unsettled effect.
+pub const MISSING: &str = "missing_";
+
 /// Of an effect that follows slowly it is not known how far it had come, so that what is missing is fitted. It fades, and says
 /// nothing of other recordings.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -309,17 +312,8 @@ impl Reader<'_> {
         }
         let parameters = entries.iter().map(|(name, entry)| self.parameter(name, entry, &plain));
         let parameters = parameters.collect::<Result<Vec<_>, _>>()?;
-        if let Some(Unsettled { fades_with, .. }) = &entry.known.unsettled {
-            let is_time =
-                |parameter: &DeclaredParameter| parameter.unit.in_units_of(&Unit::named("s")).is_some();
-            let searched = |parameter: &&DeclaredParameter| {
-                parameter.name == *fades_with
-                    && matches!(parameter.role, Role::Searched(_))
-                    && is_time(parameter)
-            };
-            parameters.iter().find(searched).ok_or_else(|| {
-                self.refuse(format!("`unsettled` fades with `{fades_with}`, expected a parameter that is searched, of the unit s"))
-            })?;
+        if let Some(unsettled) = &entry.known.unsettled {
+            self.may_be_unsettled(unsettled, &parameters)?;
         }
         let possible = entry.possible.as_ref().map(|text| self.formula("possible", text, None, &plain, true));
         let reported = entry.reported.iter().map(|reported| self.reported(reported, &plain));
@@ -332,6 +326,29 @@ impl Reader<'_> {
             known: entry.known.clone(),
             adds,
         })
+    }
+
+    fn may_be_unsettled(
+        &self,
+        Unsettled { fades_with, .. }: &Unsettled,
+        parameters: &[DeclaredParameter],
+    ) -> Result<(), DeclarationError> {
+        let is_time = |unit: &Unit| unit.in_units_of(&Unit::named("s")).is_some();
+        let is_it = |parameter: &DeclaredParameter| {
+            let searched = matches!(parameter.role, Role::Searched(_)) && is_time(&parameter.unit);
+            parameter.name == *fades_with && searched
+        };
+        if !parameters.iter().any(is_it) {
+            return Err(self.refuse(format!(
+                "`unsettled` fades with `{fades_with}`, expected the name of a time constant that is searched"
+            )));
+        }
+        match parameters.iter().find(|parameter| parameter.name.starts_with(MISSING)) {
+            Some(DeclaredParameter { name, .. }) => Err(self.refuse(format!(
+                "the parameter `{name}` has the name of what is missing of an unsettled effect: give another"
+            ))),
+            None => Ok(()),
+        }
     }
 
     fn reported(&self, of: &[String; 3], plain: &[Parameter]) -> Result<Reported, DeclarationError> {

@@ -34,8 +34,8 @@ pub use catalogue::{CATALOGUE, found_by_fit};
 pub use check::{Applied, Names, Node, Parameter, Sentence};
 #[cfg(feature = "declarations")]
 pub use declaration::{
-    DeclarationError, Declared, DeclaredParameter, Formula, Grid, Known, Reported, Role, Scale, Since,
-    Starts, Unsettled, Vocabulary, What, declared,
+    DeclarationError, Declared, DeclaredParameter, Formula, Grid, Known, MISSING, Reported, Role, Scale,
+    Since, Starts, Unsettled, Vocabulary, What, declared,
 };
 pub use error::ExpressionError;
 pub use evaluate::{Columns, Time, Value};

@@ -207,6 +207,17 @@ fn declarations_are_refused_with_the_effect_and_the_place() {
     let of_a_range =
         file("k * lowpass(temperature_c, tau)") + "tau = { unit = \"s\", from = 1, to = \"2 * duratio\" }";
     assert!(read(&of_a_range, &[]).unwrap_err().contains("`tau`: column 5: `duratio` is not known"));
+    // What an unsettled effect fades with is a time constant, and the names of what is missing are taken.
+    let unsettled = |fades: &str, name: &str| {
+        let tau = format!("{name} = {{ unit = \"s\", from = 1, to = \"duration\" }}\n");
+        let since = format!("unsettled = {{ fades_with = \"{fades}\", since = \"start\" }}\n");
+        read(&(file(&format!("k * lowpass(temperature_c, {name})")) + &tau + &since), &[])
+    };
+    assert_eq!(unsettled("tau", "tau"), Ok(1));
+    assert!(
+        unsettled("k", "tau").unwrap_err().contains("fades with `k`, expected the name of a time constant")
+    );
+    assert!(unsettled("missing_s", "missing_s").unwrap_err().contains("give another"));
 }
 
 /// An expression of pure numbers, whose parameters are `a` and `b`, made of every function.

@@ -3,7 +3,7 @@
 
 use fitter::terms::{Expressed, ExpressionFactor};
 use numerics::median;
-use physics::{Since, Unit};
+use physics::{MISSING, Since, Unit};
 
 use super::Effect;
 use crate::rows::Rows;
@@ -79,7 +79,7 @@ impl Effect {
 
 /// The name of a factor of what is missing.
 fn missing(k: usize) -> String {
-    format!("missing_{}", k + 1)
+    format!("{MISSING}{}", k + 1)
 }
 
 /// The middle of every pause between rows.
