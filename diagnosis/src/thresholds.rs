@@ -932,9 +932,9 @@ pub mod hand_on {
     /// 58301946`): of 350 that count, 228 have nine tenths of the gain, as many as if every lag began at the first value, and 9
     /// instead of 11 of the 408 are made worse; with 1 these are 223 and 10.
     pub const MUCH_NEARER: f64 = 3.0;
-    /// How much likelier, in −2 log likelihood, a lag makes a recording that begins at the one and not at the other, where the
-    /// recording shows which. Its time constant was fitted with the one. By judgement: as much as another effect must do worse
-    /// to be no alternative, and half as much again.
+    /// How much likelier, in −2 log likelihood, a lag that begins at its first value, or at zero, makes a recording than one that
+    /// begins by the rule above, where the recording shows how it began. By judgement: as much as another effect must do
+    /// worse to be no alternative, and half as much again.
     pub const SEEN: f64 = 10.0;
 }
 

@@ -87,11 +87,11 @@ pub struct Known {
     /// What physics has this form, where it is a form without a name.
     #[serde(default)]
     pub readings: Vec<String>,
-    /// Where it is not known what came before.
+    /// Since when it is not known what came before; none where it is known, or does not matter.
     pub unsettled: Option<Unsettled>,
 }
 
-/// With this begin the names of what is missing of an unsettled effect.
+/// The names of what is missing of an unsettled effect begin with this.
 pub const MISSING: &str = "missing_";
 
 /// Of an effect that follows slowly it is not known how far it had come, so that what is missing is fitted. It fades, and says
@@ -313,7 +313,7 @@ impl Reader<'_> {
         let parameters = entries.iter().map(|(name, entry)| self.parameter(name, entry, &plain));
         let parameters = parameters.collect::<Result<Vec<_>, _>>()?;
         if let Some(unsettled) = &entry.known.unsettled {
-            self.may_be_unsettled(unsettled, &parameters)?;
+            self.check_unsettled(unsettled, &parameters)?;
         }
         let possible = entry.possible.as_ref().map(|text| self.formula("possible", text, None, &plain, true));
         let reported = entry.reported.iter().map(|reported| self.reported(reported, &plain));
@@ -328,7 +328,8 @@ impl Reader<'_> {
         })
     }
 
-    fn may_be_unsettled(
+    /// Refuses what does not fade with a time constant that is searched, and parameters named like what is missing.
+    fn check_unsettled(
         &self,
         Unsettled { fades_with, .. }: &Unsettled,
         parameters: &[DeclaredParameter],

@@ -1,5 +1,6 @@
 //! Where a lag begins on another recording than the one that it was found on: its state before the first row is not known there.
 
+use std::convert::Infallible;
 use std::ops::Range;
 
 use crate::check::{Applied, Node, Sentence};
@@ -52,15 +53,12 @@ impl Sentence {
 
     /// The text where every such lag begins at zero: a body that nothing has heated yet.
     pub fn from_nothing(&self) -> String {
-        // It never fails.
-        self.where_lags_begin(|_| Ok(Some(0.0))).unwrap_or_else(|_: String| self.text.clone())
+        let Ok(text) = self.where_lags_begin(|_| Ok::<_, Infallible>(Some(0.0)));
+        text
     }
 
     /// The text with a number for where a lag begins that does not state it, where there is one.
-    fn where_lags_begin(
-        &self,
-        start: impl Fn(&Lag) -> Result<Option<f64>, String>,
-    ) -> Result<String, String> {
+    fn where_lags_begin<E>(&self, start: impl Fn(&Lag) -> Result<Option<f64>, E>) -> Result<String, E> {
         let mut lags = Vec::new();
         self.root.unstated_lags(&mut lags);
         let mut text = self.text.clone();

@@ -17,7 +17,8 @@ impl Effect {
         Some((unsettled.since, self.made.shaped.iter().position(of_name)?))
     }
 
-    /// Times before which nothing is known: that of the first row, and the middle of every pause where it matters.
+    /// Times in seconds before which nothing is known: that of the first row, and the middle of every pause if it is unsettled by
+    /// pauses.
     fn unknown_before(&self, rows: &Rows) -> Vec<f64> {
         let first = rows.t_s.first().copied();
         match self.unsettled() {
@@ -27,17 +28,17 @@ impl Effect {
         }
     }
 
-    /// How many of its columns are its own, where the others are what is missing; none where there are no others.
+    /// How many of its columns are its own, the first ones, where the others are what is missing; none where there are no others.
     pub fn own_columns(&self) -> Option<usize> {
         self.unsettled().map(|_| self.factors().count())
     }
 
-    /// Whether there is something that it needs to be unsettled by.
+    /// Whether the recording has the pauses after which it would be unsettled.
     pub(super) fn may_be_unsettled(&self, rows: &Rows) -> bool {
         !matches!(self.unsettled(), Some((Since::Pauses, _))) || !pauses(&rows.t_s).is_empty()
     }
 
-    /// What is missing at each of these times as a column, 1 there.
+    /// A column over the rows for each of these times: 1 at it, fading after it, 0 before it.
     pub(super) fn missing(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let Some((_, fades)) = self.unsettled() else { return Vec::new() };
         let unit = &self.parameter(self.made.shaped[fades]).unit;
@@ -82,7 +83,7 @@ fn missing(k: usize) -> String {
     format!("{MISSING}{}", k + 1)
 }
 
-/// The middle of every pause between rows.
+/// The middle of every pause between rows, in seconds.
 fn pauses(t_s: &[f64]) -> Vec<f64> {
     let steps = || t_s.windows(2).map(|pair| pair[1] - pair[0]);
     let usual = median(&mut steps().collect::<Vec<f64>>());

@@ -90,21 +90,20 @@ impl HandOn<'_> {
         let own = &coefficients[..settled.factors.len()];
         let values = [own, &here.parameters.iter().map(|fixed| fixed.value).collect::<Vec<f64>>()].concat();
         let sentence = settled.sentence(self.rows.pair).ok()?;
-        let at_mean = |nearer: f64| sentence.with_first_states(&Read(self.full), &values, nearer).ok();
-        let usual = of_text(at_mean(MUCH_NEARER)?);
+        let usual = of_text(sentence.with_first_states(&Read(self.full), &values, MUCH_NEARER).ok()?);
         let cold = if given.text == settled.text { of_text(sentence.from_nothing()) } else { given.clone() };
-        let known = [settled.clone(), cold];
-        let others = if known.iter().all(|other| other.text == settled.text) {
+        let others = if cold.text == settled.text {
             settled
         } else {
             let likely = self.likelihood(fitted, model);
             let likely = |other: &Expressed| Some(likely(&self.values(other, own)?));
             let of_usual = likely(&usual)?;
-            let known = known.into_iter().map(|other| Some((likely(&other)?, other)));
-            let known = known.collect::<Option<Vec<_>>>()?.into_iter();
-            // Of equal ones the first.
-            let best = known.rev().max_by(|a, b| a.0.total_cmp(&b.0));
-            best.filter(|best| best.0 >= of_usual + SEEN).map_or(usual, |best| best.1)
+            let (of_settled, of_cold) = (likely(&settled)?, likely(&cold)?);
+            match (of_settled.max(of_cold) >= of_usual + SEEN, of_settled >= of_cold) {
+                (false, _) => usual,
+                (true, true) => settled,
+                (true, false) => cold,
+            }
         };
         (others.text != here.text).then_some(others)
     }
