@@ -1,5 +1,6 @@
 //! The augmented model as a coefficients file, which `apply` and `generate` read.
 
+mod limits;
 mod mean;
 mod other_recordings;
 
@@ -11,15 +12,14 @@ use fitter::terms::{Observables, Operator, Periodic, Scope, Term, depends_on_ang
 use fitter::turn::{Amplitude, Turn};
 use fitter::{Mirror, Recording};
 use numerics::{least_squares, mean, range};
-use physics::Columns;
 
-use crate::effects::{Effect, Read, Reading};
+use crate::effects::{Effect, Reading};
 use crate::explain::Outset;
 use crate::model::{FittedTerm, Model};
 use crate::refit;
 use crate::rows::Rows;
 use crate::screened::Seen;
-use crate::thresholds::hand_on::{BEYOND, MARGIN};
+use crate::thresholds::hand_on::MARGIN;
 use crate::undecided::Weighted;
 
 /// Everything that turns a model of a recording into what is handed on, and counts what that leaves.
@@ -207,17 +207,16 @@ impl HandOn<'_> {
     /// Adds an effect whose first amplitude is number `begin` of what was fitted.
     fn add_term(&self, parts: &mut Parts, effect: &Effect, term: &FittedTerm, begin: usize) {
         let mut handed = effect.operator(&parts.rows, &term.term.shape);
+        let coefficients: Vec<f64> =
+            handed.map.iter().map(|row| row.iter().zip(&term.amplitudes).map(|(m, a)| m * a).sum()).collect();
         if let Operator::Expression(expressed) = &mut handed.operator {
             parts.file.version = VERSION_EXPRESSION;
             if effect.is_form() {
-                let within =
-                    |name: &&str| Some((name.to_string(), wider(&Read(&parts.rows).column(name)?, BEYOND)));
-                expressed.limits = effect.further_columns().iter().filter_map(within).collect();
+                let columns = effect.further_columns();
+                expressed.limits = limits::limits(expressed, &coefficients, &columns, &parts.rows);
             }
         }
         let width = term.amplitudes.len();
-        let coefficients =
-            handed.map.iter().map(|row| row.iter().zip(&term.amplitudes).map(|(m, a)| m * a).sum()).collect();
         let product = |left: &[f64], right: &[f64]| -> f64 {
             (0..width * width).map(|k| left[k / width] * term.covariance[k] * right[k % width]).sum()
         };

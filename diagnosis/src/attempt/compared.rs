@@ -15,8 +15,12 @@ impl Attempt<'_> {
     /// readings, and be no more than the effects, if there are any: two effects that explain everything are not given up for
     /// five that do not.
     pub(super) fn gives_way_to(&self, with_forms: &Attempt, hand_on: &HandOn) -> bool {
+        // Of forms that are not handed on held-out figures say nothing: what describes everything is likelier than what does not.
+        let says_more = with_forms.explains_all
+            && !with_forms.hands_on()
+            && self.has_less_merit_than(&with_forms.explanation);
         if self.leaves_structure() {
-            return self.leaves_more_than(with_forms, hand_on);
+            return says_more || self.leaves_more_than(with_forms, hand_on);
         }
         let (own, of_forms) = (&self.said.effects, &with_forms.said.effects);
         let as_short = own.is_empty() || of_forms.len() <= own.len();

@@ -23,10 +23,23 @@ pub fn faults(channels: &Channels) -> Vec<Fault> {
             let counts = size > limits::CLOSER_LOOK && !deviation.shared[row];
             counts.then(|| Fault { row, column, value: values[row], reason, size })
         };
-        let all = (0..recording.rows()).filter_map(of).collect();
-        found.extend(beyond_the_tail(all, recording.rows()));
+        let all: Vec<Fault> = (0..recording.rows()).filter_map(of).collect();
+        let far = beyond_the_tail(all, recording.rows());
+        found.extend(far.into_iter().filter(|fault| !is_a_jump_at_an_end(values, fault.row)));
     }
     found
+}
+
+/// Whether the first or last cell of a column is no farther from its neighbour than twice what others are several times: beyond it
+/// there is no cell that could tell an outlier from a jump, and the column jumps.
+fn is_a_jump_at_an_end(values: &[f64], row: usize) -> bool {
+    let last = values.len() - 1;
+    if row != 0 && row != last {
+        return false;
+    }
+    let step = |k: usize| (values[k + 1] - values[k]).abs();
+    let own = step(row.min(last - 1));
+    (1..last - 1).filter(|k| 2.0 * step(*k) >= own).count() >= limits::JUMPS
 }
 
 /// The outliers among deviations: beyond the limit, and beyond the tail that the others have.

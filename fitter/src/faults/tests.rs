@@ -201,6 +201,23 @@ fn a_smooth_course_has_no_bad_cells_at_its_ends() {
     assert_eq!(listed(&recording), []);
 }
 
+/// A load that changes its level may do so right after the first row, and a column that does not is wrong there.
+#[test]
+fn a_column_that_jumps_may_jump_beside_its_first_row() {
+    let level = |row: usize| [0.8, -0.3, 1.0, -0.4, 1.1, -0.5, 0.9][row.div_ceil(40)];
+    let recorded = |jumps: f64| {
+        let (mut recording, _) = default();
+        let noise = |row: usize| 0.002 * ((row * row) as f64 * 0.37).sin();
+        let value =
+            |row: usize| if row == 0 { 0.8 } else { jumps * level(row) - 0.3 * (1.0 - jumps) + noise(row) };
+        let values: Vec<f64> = (0..recording.rows()).map(value).collect();
+        recording.further.push(Column { name: "load_n".into(), values: values.into() });
+        listed(&recording)
+    };
+    assert_eq!(recorded(1.0), []);
+    assert_eq!(recorded(0.0), [(2, "load_n".to_string())]);
+}
+
 #[test]
 fn a_row_that_is_there_twice_counts_once() {
     let (whole, sensor) = default();

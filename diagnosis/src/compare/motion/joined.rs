@@ -3,10 +3,10 @@
 
 use numerics::rms;
 
-use crate::dynamic::joint::{Joint, Side, Solved};
+use crate::dynamic::joint::{Group, Joint, Of, Side, Solved};
 use crate::held_out::gain;
 use crate::thresholds::NORMAL_95;
-use crate::thresholds::compare::FALSE_ALARMS;
+use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS};
 
 use super::super::choose::visible;
 use super::super::stepwise::stepwise;
@@ -151,12 +151,25 @@ pub fn differing<S: Side>(joint: &Joint<S>) -> Vec<usize> {
     groups(&choose(joint))
 }
 
+/// The most surprising group; where that is a simpler effect, which a part of another one is, the whole of that if it does nearly as
+/// well: both recordings have it.
+fn strongest(groups: &[Group], surprises: &[f64]) -> Option<usize> {
+    let best = (0..groups.len()).max_by(|a, b| surprises[*a].total_cmp(&surprises[*b]))?;
+    let Of::Term(term) = groups[best].of else { return Some(best) };
+    let of_term = |k: &usize| matches!(groups[*k].of, Of::Term(other) if other == term);
+    let own = (0..groups.len()).find(of_term)?;
+    let whole = |k: &usize| of_term(k) && groups[*k].id == groups[own].id;
+    let near = |k: &usize| surprises[*k] > surprises[best] - ALTERNATIVE;
+    let wholes = (0..groups.len()).filter(|k| whole(k) && near(k));
+    wholes.max_by(|a, b| surprises[*a].total_cmp(&surprises[*b])).or(Some(best))
+}
+
 /// The groups that differ; where none does by itself, two that hide each other: more friction and less damping.
 fn choose<S: Side>(joint: &Joint<S>) -> Vec<Chosen> {
     let family_wise = |surprise: f64, tests: usize| (tests as f64 * (-surprise).exp()).min(1.0);
     let steps = stepwise(
         |changed| joint.surprises(changed),
-        |surprises| (0..surprises.len()).max_by(|a, b| surprises[*a].total_cmp(&surprises[*b])),
+        |surprises| strongest(&joint.groups, surprises),
         |_, surprise| family_wise(surprise, joint.looked_at()),
     );
     let chosen = |group, p_value, alternatives| Chosen { group, p_value, alternatives, held_out: None };
@@ -167,4 +180,25 @@ fn choose<S: Side>(joint: &Joint<S>) -> Vec<Chosen> {
     let p_value = family_wise(surprise, pairs);
     let both = [a, b].map(|group| chosen(group, p_value, Vec::new()));
     both.into_iter().filter(|_| p_value <= FALSE_ALARMS).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::strongest;
+    use crate::dynamic::joint::{Group, Of};
+
+    #[test]
+    fn what_both_recordings_have_moves_as_a_whole_unless_its_part_does_better() {
+        let group = |id: &str, of| Group { id: id.into(), title: id.into(), directions: Vec::new(), of };
+        let groups = [
+            group("damping", Of::Plant(0)),
+            group("stribeck_friction", Of::Term(0)),
+            group("stribeck_friction", Of::Term(0)),
+            group("coulomb_friction", Of::Term(0)),
+        ];
+        assert_eq!(strongest(&groups, &[5.0, 40.0, 48.0, 50.0]), Some(2));
+        assert_eq!(strongest(&groups, &[5.0, 30.0, 45.0, 50.0]), Some(3));
+        assert_eq!(strongest(&groups, &[60.0, 30.0, 45.0, 50.0]), Some(0));
+        assert_eq!(strongest(&[], &[]), None);
+    }
 }
