@@ -103,7 +103,11 @@ impl<'a, 'b> Lasting<'a, 'b> {
 pub fn in_likeliest_noise(explanation: Explanation) -> Explanation {
     let search = &explanation.search;
     let of_device = |t: &Term| search.effect(t.family).is_some_and(|e| !search.catalogue[e].of_one_time);
-    let of_one_time = |t: &Term| search.effect(t.family).is_some_and(|e| search.catalogue[e].of_one_time);
+    // Forms of what happened once follow noise that lasts.
+    let event = |t: &Term| {
+        let effect = search.effect(t.family).map(|e| &search.catalogue[e]);
+        effect.is_some_and(|effect| effect.of_one_time && !effect.is_form())
+    };
     let mut kept: Vec<Term> =
         explanation.terms.iter().filter(|t| !search.is_order(t.family)).cloned().collect();
     if explanation.gross || !kept.iter().any(of_device) {
@@ -113,7 +117,7 @@ pub fn in_likeliest_noise(explanation: Explanation) -> Explanation {
     let lasting = Lasting::new(&explanation, order);
     let mut beyond = lasting.beyond(&kept).into_iter();
     let all = kept.len();
-    kept.retain(|term| beyond.next() == Some(true) || of_one_time(term));
+    kept.retain(|term| beyond.next() == Some(true) || event(term));
     let some_fell = kept.len() < all;
     while some_fell
         && kept.len() < MOST_TERMS

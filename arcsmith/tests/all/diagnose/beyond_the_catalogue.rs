@@ -66,15 +66,48 @@ fn holds(effect: &Value, truths: &[(&str, f64)]) {
     }
 }
 
+/// It holds for no other recording, so that no firmware can undo it.
+fn described_as_what_happened_once(json: &Value, formula: &str) {
+    let effect = &json["effects"][0];
+    assert_eq!(json["verdict"], "described", "{json}");
+    assert_eq!(effect["formula"], formula, "{json}");
+    assert_eq!(effect["runtime_correctable"], false, "{json}");
+}
+
 #[test]
 fn creep_that_heat_hastens_is_no_drift_with_temperature_beside_one_with_time() {
     for seed in 1..6 {
         for rate in [0.5, 0.8] {
             let creep = |row: usize, _: f64, t: f64| rate * (t - 27.0) * 3.0 * row as f64 / 3600.0;
             let json = diagnosed(creep, &white(seed), seed);
-            assert_eq!(said(&json), ("unexplained []".into(), "temperature_c".into()), "{seed}, {rate}");
-            assert_eq!(json["locations"][0]["times"], "t_s");
+            described_as_what_happened_once(
+                &json,
+                "k * (temperature_c - mean(temperature_c)) * t_s + c * t_s",
+            );
+            holds(&json["effects"][0], &[("k", rate / 3600.0)]);
         }
+    }
+}
+
+#[test]
+fn a_support_that_sways_is_no_physics_of_the_device() {
+    for (seed, period) in [(1, 61.0), (2, 95.0), (3, 140.0)] {
+        let sways = |row: usize, _: f64, _: f64| {
+            1.5 * (std::f64::consts::TAU * 3.0 * row as f64 / period + 0.7).sin()
+        };
+        let json = diagnosed(sways, &white(seed), seed);
+        let wave = "a * sin(360 [deg] * t_s / period) + b * cos(360 [deg] * t_s / period)";
+        described_as_what_happened_once(&json, wave);
+        holds(&json["effects"][0], &[("period", period)]);
+    }
+}
+
+#[test]
+fn a_sensitivity_that_drifts_is_no_physics_of_the_device() {
+    for seed in [1, 2] {
+        let drifts = |row: usize, angle: f64, _: f64| 0.008 * row as f64 * angle;
+        let json = diagnosed(drifts, &white(seed), seed);
+        described_as_what_happened_once(&json, "k * angle * (t_s - mean(t_s)) + c * t_s");
     }
 }
 
