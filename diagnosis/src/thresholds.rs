@@ -92,6 +92,9 @@ pub mod compare {
     pub const CANDIDATES: usize = 3;
     /// Effects of each recording in motion that are tried as what came or went. By judgement.
     pub const CANDIDATES_IN_MOTION: usize = 4;
+    /// What the start of such an effect must promise, in −2 log likelihood. By judgement: a light resonance lies between two starts
+    /// and promises next to nothing. Of three weak flexible modes that were taken for inertia two are named with it, none without.
+    pub const LEAST_PROMISE_IN_MOTION: f64 = 0.9;
     /// By how much Akaike's criterion must fall for an effect that came or went in motion where nothing else differs. By
     /// judgement: half of what an effect of ρ 8 explains. With it none of 32 unchanged pairs alarms, and one more of 24 effects
     /// that came is found.
@@ -732,6 +735,9 @@ pub mod dynamic {
             pub const REFITTED: usize = 8;
             /// Further effects that are refitted for what they explain before whitening.
             pub const REFITTED_PLAINLY: usize = 2;
+            /// What the start of an effect must promise to be fitted, in −2 log likelihood: a third of what an effect must gain, since a
+            /// start is not yet an estimate.
+            pub const LEAST_PROMISE: f64 = 9.0;
             /// Steps after which contenders are compared.
             pub const HEAT: usize = 8;
             /// Factor of the squared residual by which one is out then.

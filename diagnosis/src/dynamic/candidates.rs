@@ -4,6 +4,7 @@ use super::data::Data;
 use super::model::Model;
 use super::recording::DynamicRecording;
 use super::search::Search;
+use crate::thresholds::compare::LEAST_PROMISE_IN_MOTION;
 use crate::thresholds::dynamic::diagnose::SEARCH_STEPS;
 
 /// What was looked for, and what was found.
@@ -20,7 +21,8 @@ pub fn candidates(recording: &DynamicRecording, model: &Model, skip: &[String], 
     let windows = data.windows(SEARCH_STEPS / model.substeps(data.step_s));
     let search = Search::new(&windows, skip, model.terms.len());
     let present = search.fit(model, &windows.first_states());
-    let found = present.map_or_else(Vec::new, |present| search.contenders(&[present]));
+    let found = present
+        .map_or_else(Vec::new, |present| search.contenders_promising(&[present], LEAST_PROMISE_IN_MOTION));
     // A drive that is straight between its samples and half a sample late is nearly a held one: beside a recording that is held,
     // that delay would seem to have come.
     let alike = found.into_iter().map(|fitted| fitted.model).filter(|found| found.hold == model.hold);

@@ -2,11 +2,11 @@
 
 use numerics::parallel;
 
-use super::{Augmented, LEAST_GAIN, Search, gain, last_id};
+use super::{Augmented, Search, gain, last_id};
 use crate::dynamic::data::{CHOOSE, FIT, FIT_ROWS};
 use crate::dynamic::estimate::{Fitted, fit_in};
 use crate::dynamic::screen::screen;
-use crate::thresholds::dynamic::search::contenders::{BEHIND, REFITTED, SHORT};
+use crate::thresholds::dynamic::search::contenders::{BEHIND, LEAST_PROMISE, REFITTED, SHORT};
 
 /// What a term beside one of several estimates promises on the rows that fit, as −2 log likelihood.
 #[derive(Clone, Copy)]
@@ -14,12 +14,6 @@ struct Promise {
     base: usize,
     candidate: usize,
     gain: f64,
-}
-
-impl Promise {
-    fn counts(&self) -> bool {
-        self.gain > 0.3 * LEAST_GAIN
-    }
 }
 
 /// Those that promise most first.
@@ -32,6 +26,11 @@ impl<M: Augmented> Search<'_, M> {
     /// Every effect beside one of several estimates of a model: the most promising in full, the best estimate of each, sorted
     /// by what they leave on the rows that choose.
     pub fn contenders(&self, bases: &[Fitted<M>]) -> Vec<Fitted<M>> {
+        self.contenders_promising(bases, LEAST_PROMISE)
+    }
+
+    /// The same of what promises so much, in −2 log likelihood.
+    pub fn contenders_promising(&self, bases: &[Fitted<M>], least: f64) -> Vec<Fitted<M>> {
         let beside = |base: &Fitted<M>| -> Vec<M::Term> {
             let effects = self.catalogue.iter().filter(|effect| !base.model.has(M::id(effect)));
             let terms = effects.flat_map(|effect| M::starts(effect, self.data));
@@ -39,7 +38,7 @@ impl<M: Augmented> Search<'_, M> {
         };
         let candidates: Vec<Vec<M::Term>> = bases.iter().map(beside).collect();
         let mut models: Vec<(M, &[M::Start])> = self
-            .promising(bases, &candidates)
+            .promising(bases, &candidates, least)
             .into_iter()
             .filter_map(|p| {
                 let base = &bases[p.base];
@@ -73,7 +72,8 @@ impl<M: Augmented> Search<'_, M> {
     }
 
     /// The starts that are worth an estimate in full: the best two of the effects that promise most, whitened and as they are.
-    fn promising(&self, bases: &[Fitted<M>], candidates: &[Vec<M::Term>]) -> Vec<Promise> {
+    fn promising(&self, bases: &[Fitted<M>], candidates: &[Vec<M::Term>], least: f64) -> Vec<Promise> {
+        let counts = |p: &Promise| p.gain > least;
         let id = |p: &Promise| M::id(M::effect(&candidates[p.base][p.candidate]));
         let (mut screened, mut plain): (Vec<Promise>, Vec<Promise>) = (Vec::new(), Vec::new());
         let mut whitened = false;
@@ -91,7 +91,7 @@ impl<M: Augmented> Search<'_, M> {
         for effect in &self.catalogue {
             best.extend(screened.iter().filter(|p| id(p) == M::id(effect)).take(2));
         }
-        best.extend(self.unscreened(bases, candidates, &best));
+        best.extend(self.unscreened(bases, candidates, &best, least));
         let mut ids: Vec<&str> = Vec::new();
         let mut best = sorted(best);
         best.retain(|p| {
@@ -99,14 +99,14 @@ impl<M: Augmented> Search<'_, M> {
             if new {
                 ids.push(id(p));
             }
-            p.counts() && (ids.len() <= REFITTED || !new)
+            counts(p) && (ids.len() <= REFITTED || !new)
         });
         if whitened {
             // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
             // explains it: the best by plain gain are tried besides. What is worth its parameters is decided later.
             let mut ids: Vec<&str> = best.iter().map(id).collect();
             let most = best.len() + M::refitted_plainly();
-            for p in sorted(plain).into_iter().filter(Promise::counts) {
+            for p in sorted(plain).into_iter().filter(counts) {
                 if !ids.contains(&id(&p)) && best.len() < most {
                     ids.push(id(&p));
                     best.push(p);
@@ -122,9 +122,10 @@ impl<M: Augmented> Search<'_, M> {
         bases: &[Fitted<M>],
         candidates: &[Vec<M::Term>],
         screened: &[Promise],
+        least: f64,
     ) -> Vec<Promise> {
         let id = |p: &Promise| M::id(M::effect(&candidates[p.base][p.candidate]));
-        let helps = |other: &str| screened.iter().any(|p| id(p) == other && p.counts());
+        let helps = |other: &str| screened.iter().any(|p| id(p) == other && p.gain > least);
         let all: Vec<(usize, usize)> = candidates
             .iter()
             .enumerate()
