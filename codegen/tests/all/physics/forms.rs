@@ -65,7 +65,7 @@ impl Columns for Recorded {
     }
 }
 
-/// Every form, for every column.
+/// Every form, for every column, but what happened once and no firmware corrects.
 fn forms() -> Vec<Declared> {
     let columns = GIVEN.map(|given| given.column);
     let text = physics::forms(&columns[..4]).concat();
@@ -84,7 +84,9 @@ fn forms() -> Vec<Declared> {
         figure: &unit,
         taken: &[],
     };
-    declared("forms", &text, &vocabulary).unwrap()
+    let mut forms = declared("forms", &text, &vocabulary).unwrap();
+    forms.retain(|form| !form.known.of_one_time);
+    forms
 }
 
 /// A value in the middle of a parameter's range, by ratios.
