@@ -103,7 +103,7 @@ impl<'a, 'b> Lasting<'a, 'b> {
 pub fn in_likeliest_noise(explanation: Explanation) -> Explanation {
     let search = &explanation.search;
     let of_device = |t: &Term| search.effect(t.family).is_some_and(|e| !search.catalogue[e].of_one_time);
-    // Forms of what happened once follow noise that lasts.
+    // A step or a drift stays. A form of what happened once, such as a wave, follows noise that lasts, and is asked like the device's.
     let event = |t: &Term| {
         let effect = search.effect(t.family).map(|e| &search.catalogue[e]);
         effect.is_some_and(|effect| effect.of_one_time && !effect.is_form())

@@ -10,17 +10,17 @@ use crate::thresholds::NO_WORSE;
 use crate::thresholds::compose::{CLEARLY, OVERFITTED};
 
 impl Attempt<'_> {
-    /// Whether an attempt with forms is to be preferred to this one of named effects alone: where these explain everything,
-    /// only by a clearly greater merit of its terms. Where the forms leave structure, they must also leave less of held-out
+    /// Whether an attempt with forms is to be preferred to this one of named effects alone: where these leave structure, by what it
+    /// leaves, or where it describes everything and is not handed on by a clearly greater merit of its terms; where they
+    /// explain everything, only by such a merit. Where the forms leave structure, they must also leave less of held-out
     /// readings, and be no more than the effects, if there are any: two effects that explain everything are not given up for
     /// five that do not.
     pub(super) fn gives_way_to(&self, with_forms: &Attempt, hand_on: &HandOn) -> bool {
-        // Of forms that are not handed on held-out figures say nothing: what describes everything is likelier than what does not.
-        let says_more = with_forms.explains_all
-            && !with_forms.hands_on()
-            && self.has_less_merit_than(&with_forms.explanation);
         if self.leaves_structure() {
-            return says_more || self.leaves_more_than(with_forms, hand_on);
+            // Where other recordings get nothing of the forms, their held-out figures are those of the base alone.
+            let describes_all = with_forms.explains_all && !with_forms.hands_on();
+            return (describes_all && self.has_less_merit_than(&with_forms.explanation))
+                || self.leaves_more_than(with_forms, hand_on);
         }
         let (own, of_forms) = (&self.said.effects, &with_forms.said.effects);
         let as_short = own.is_empty() || of_forms.len() <= own.len();

@@ -73,7 +73,6 @@ mod tests {
     use crate::rows::{Column, Rows};
     use fitter::terms::{Expressed, ExpressionFactor};
 
-    /// Half a quarter of the range beyond it, or as far as it was seen to set in.
     #[test]
     fn what_sets_in_near_the_end_of_a_column_goes_no_farther_than_it_was_seen_to() {
         let values: Vec<f64> = (0..=100).map(f64::from).collect();

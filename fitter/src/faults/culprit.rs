@@ -30,8 +30,8 @@ pub fn faults(channels: &Channels) -> Vec<Fault> {
     found
 }
 
-/// Whether the first or last cell of a column is no farther from its neighbour than twice what others are several times: beyond it
-/// there is no cell that could tell an outlier from a jump, and the column jumps.
+/// Whether a cell is the first or last of its column, and the column jumps elsewhere, at least half as far. At an end no cell on the
+/// other side tells an outlier from a jump.
 fn is_a_jump_at_an_end(values: &[f64], row: usize) -> bool {
     let last = values.len() - 1;
     if row != 0 && row != last {

@@ -31,8 +31,8 @@ pub const PER_DECADE: f64 = 0.3;
 /// Part of its deviation that a cell must keep against each of its neighbours, and against every other way of
 /// predicting it: a bump two rows wide keeps half of its height beside its crest, one of a row and a half a third, a step all of it on one side.
 pub const ALONE: f64 = 0.35;
-/// Steps between neighbouring cells of a column, half as large as that beside its first or last one, from which on it may have jumped there:
-/// one more than a single wrong cell makes.
+/// Jumps of a column elsewhere, at least half as far as the step beside its first or last cell, from which on that step may be a jump
+/// as well. A single wrong cell makes two. By judgement.
 pub const JUMPS: usize = 3;
 /// Below this many times the scatter nothing is looked at more closely.
 pub const CLOSER_LOOK: f64 = 2.0;

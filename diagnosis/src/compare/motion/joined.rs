@@ -151,8 +151,8 @@ pub fn differing<S: Side>(joint: &Joint<S>) -> Vec<usize> {
     groups(&choose(joint))
 }
 
-/// The most surprising group; where that is a simpler effect, which a part of another one is, the whole of that if it does nearly as
-/// well: both recordings have it.
+/// The most surprising group. Where that is a part of an effect under the name of a simpler one (the dry part of Stribeck friction),
+/// the whole effect if it does nearly as well: it is the one in the model.
 fn strongest(groups: &[Group], surprises: &[f64]) -> Option<usize> {
     let best = (0..groups.len()).max_by(|a, b| surprises[*a].total_cmp(&surprises[*b]))?;
     let Of::Term(term) = groups[best].of else { return Some(best) };

@@ -29,7 +29,7 @@ impl<M: Augmented> Search<'_, M> {
         self.contenders_promising(bases, LEAST_PROMISE)
     }
 
-    /// The same of what promises so much, in −2 log likelihood.
+    /// The same, of starts that promise more than `least`, in −2 log likelihood.
     pub fn contenders_promising(&self, bases: &[Fitted<M>], least: f64) -> Vec<Fitted<M>> {
         let beside = |base: &Fitted<M>| -> Vec<M::Term> {
             let effects = self.catalogue.iter().filter(|effect| !base.model.has(M::id(effect)));
