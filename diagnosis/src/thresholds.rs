@@ -268,6 +268,15 @@ pub mod dictionary {
 /// See [`crate::dynamic`].
 pub mod dynamic {
 
+    /// See [`crate::dynamic::accurate`].
+    pub mod accurate {
+        /// Change by twice as many steps, over the recorded output (both as root mean square), that is none: a tenth of the
+        /// error of a good converter.
+        pub const ACCURATE: f64 = 1e-5;
+        /// The same over what a model leaves of the recording: it adds a ten-thousandth to its square.
+        pub const BESIDE: f64 = 0.01;
+    }
+
     /// See [`crate::dynamic::data`].
     pub mod data {
         /// Blocks into which the rows of all runs are divided; every second one fits, the others choose and score
@@ -362,11 +371,6 @@ pub mod dynamic {
         /// windows an oscillator runs out of step while an effect is missing; of a Duffing oscillator 4000 rows gave all four
         /// effects, 11 000 two, 33 000 none of them.
         pub const SEARCH_ROWS: usize = 4_000;
-        /// Change by twice as many steps, over the recorded output (both as root mean square), that is none: a tenth of the
-        /// error of a good converter.
-        pub const ACCURATE: f64 = 1e-5;
-        /// The same over what a model leaves of the recording: it adds a ten-thousandth to its square.
-        pub const BESIDE: f64 = 0.01;
         /// Chance that a random residual of the same spectrum would lose as much to the best of all effects: one recording
         /// in a thousand.
         pub const BY_CHANCE: f64 = 1e-3;

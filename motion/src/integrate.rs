@@ -253,9 +253,14 @@ impl<const N: usize> Stepper<N> {
         }
         let refused = |t_s: f64, error| RunError::Stalls { t_s, reason: reason(&error) };
         self.method.init(equations, self.t_s, end_s, &self.y).map_err(|e| refused(self.t_s, e))?;
+        // A mechanism that is held has no motion to step by: a drive that swings between its samples frees it there.
+        let longest_s = match equations.mode {
+            Mode::Stuck => equations.signals.iter().map(Signal::piece_s).fold(f64::INFINITY, f64::min),
+            Mode::Free | Mode::Sliding(_) => f64::INFINITY,
+        };
         self.method.set_h(self.step_s.min(end_s - self.t_s));
         while end_s - self.method.t() > least_s {
-            let (before_s, wanted) = (self.method.t(), self.method.h());
+            let (before_s, wanted) = (self.method.t(), self.method.h().min(longest_s));
             self.count(before_s)?;
             let left_s = end_s - before_s;
             // Two even steps rather than a whole and a tiny one.

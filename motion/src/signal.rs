@@ -77,6 +77,11 @@ impl Signal {
         self.hold != Hold::BandLimited
     }
 
+    /// The time along which it is one cubic.
+    pub fn piece_s(&self) -> f64 {
+        self.piece_s
+    }
+
     /// Value and rate at `time_s`, taken from the piece that `within_s` lies in: at a sample the limit from
     /// that side. Before the first sample and after the last it stands still.
     pub fn at(&self, time_s: f64, within_s: f64) -> Flow {

@@ -1,6 +1,7 @@
 //! Diagnosis of dynamic recordings: a drive goes in, a position comes out, the nominal mechanism is
 //! simulated, the recording disagrees.
 
+mod accurate;
 mod amplifier;
 pub(crate) mod candidates;
 pub(crate) mod data;

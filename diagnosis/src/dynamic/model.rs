@@ -3,6 +3,7 @@
 
 use fitter::plant::Hold;
 
+use super::accurate::Refined;
 use super::data::Data;
 use super::effects::{DynamicEffect, Part};
 use super::estimate::Simulated;
@@ -40,6 +41,8 @@ pub struct Model {
     pub nominal_free: [bool; 3],
     /// How the drive runs between its samples.
     pub hold: Hold,
+    /// Steps of the integrator where [`Model::substeps`] would take one.
+    pub refinement: usize,
     /// The effects, in the order in which they were found.
     pub terms: Vec<Term>,
 }
@@ -54,7 +57,7 @@ impl std::fmt::Debug for Model {
 impl Model {
     /// A plant without effects.
     pub fn nominal(nominal: [f64; 3], hold: Hold) -> Model {
-        Model { nominal, nominal_free: [true; 3], hold, terms: Vec::new() }
+        Model { nominal, nominal_free: [true; 3], hold, refinement: 1, terms: Vec::new() }
     }
 
     /// The model with one more term.
@@ -91,7 +94,7 @@ impl Model {
 
     /// Steps of the integrator from one sample to the next, so that no motion of the model turns by more
     /// than about a seventh of a radian in one: the fourth-order rule is then right to 10⁻⁴ at a resonance
-    /// of 5 % damping.
+    /// of 5 % damping. Of an effect that acts within a row it knows nothing: see [`Model::refinement`].
     pub fn substeps(&self, step_s: f64) -> usize {
         let own = self.nominal[1].abs().sqrt().max(0.1 * self.nominal[0].abs());
         let mut substeps = (own * step_s / 0.15).ceil();
@@ -102,7 +105,7 @@ impl Model {
             }
         }
         // As a float the cast is saturating.
-        (substeps as usize).clamp(1, 32)
+        (substeps as usize).clamp(1, 32) * self.refinement
     }
 
     /// Number of states that the effects add to position and velocity, and of those of effects that are only
@@ -126,6 +129,16 @@ impl Model {
     /// Terms that act on a part.
     pub fn acting(&self, part: Part) -> impl Iterator<Item = usize> + '_ {
         (0..self.terms.len()).filter(move |k| self.terms[*k].effect.part == part)
+    }
+}
+
+impl Refined for Model {
+    fn refinement(&self) -> usize {
+        self.refinement
+    }
+
+    fn refined(&self, steps: usize) -> Model {
+        Model { refinement: steps, ..self.clone() }
     }
 }
 

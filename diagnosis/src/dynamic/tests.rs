@@ -3,10 +3,13 @@
 use fitter::plant::Hold;
 use motion::Start;
 
+use super::accurate::accurate;
 use super::data::{ALL, Data};
 use super::estimate::{Simulated, fit};
 use super::model::{Model, Term};
 use super::{DynamicRecording, effects, plant, score, start};
+
+const STEP_S: f64 = 5e-4;
 
 /// A drive that steps to a new value every 100 ms reaches its limit, and turns round, between its samples: a tenth of the step
 /// above it where it is band-limited, half-way where it is straight.
@@ -15,30 +18,51 @@ fn a_limit_and_a_hysteresis_act_between_the_samples_as_in_the_simulator() {
     const ROWS: usize = 2000;
     let step = |k: usize| ((k / 200 * 7919) % 101) as f64 / 50.0 - 1.0;
     let drive: Vec<f64> = (0..ROWS).map(step).collect();
-    let recording = DynamicRecording::made(5e-4, drive.clone(), vec![1e3; ROWS]);
-    let data = Data::new(&recording);
     for hold in [Hold::ZeroOrder, Hold::FirstOrder, Hold::BandLimited] {
         for (id, parameters) in [("drive_saturation", vec![0.35]), ("rayleigh_hysteresis", vec![0.4])] {
             let term = Term::new(effects::effect(id).expect("an effect"), parameters);
             let model = Model::nominal([40.0, 4e4, 4e7], hold).with(term);
-            let own = model.positions(&[[0.0; 2]], &data).expect("a stable simulation");
-            let effects = plant::effects(&model);
-            let other = motion::Model {
-                damping: 40.0,
-                stiffness: 4e4,
-                gains: vec![4e7],
-                effects,
-                hold,
-                context: motion::Context { feedback: false },
-            };
-            let start = Start::At { position: 0.0, velocity: 0.0 };
-            let other =
-                other.simulate(std::slice::from_ref(&drive), recording.step_s, start).expect("a simulation");
-            let apart = own.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            let largest = other.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-            assert!(apart < 1e-3 * largest, "{id} {hold:?}: {apart} of {largest}");
+            let recording = recorded(&model, &drive);
+            let apart = apart(&model, &Data::new(&recording));
+            assert!(apart < 1e-3, "{id} {hold:?}: {apart}");
         }
     }
+}
+
+/// Friction that falls to a third as the mechanism sets out does so within a row.
+#[test]
+fn friction_that_falls_within_a_row_is_simulated_in_shorter_steps() {
+    let drive: Vec<f64> = (0..2000).map(|k| ((k / 40 * 7919) % 101) as f64 / 500.0 - 0.1).collect();
+    let stribeck = effects::effect("stribeck_friction").expect("an effect");
+    let term = Term::new(stribeck, vec![2e6, 4e6, 3e3, 1e-3, 2.0]);
+    let model = Model::nominal([60.0, 5e4, 1e9], Hold::BandLimited).with(term);
+    let recording = recorded(&model, &drive);
+    let data = Data::new(&recording);
+    let fine = accurate(&model, &[[0.0; 2]], &data).expect("an accurate simulation");
+    let (coarse, fine, steps) = (apart(&model, &data), apart(&fine, &data), fine.refinement);
+    assert!(steps > 1 && coarse > 2.0 * fine, "{steps} {coarse} {fine}");
+}
+
+/// A recording of what the simulator makes of a model, from rest.
+fn recorded(model: &Model, drive: &[f64]) -> DynamicRecording {
+    let [damping, stiffness, gain] = model.nominal;
+    let simulator = motion::Model {
+        damping,
+        stiffness,
+        gains: vec![gain],
+        effects: plant::effects(model),
+        hold: model.hold,
+        context: motion::Context { feedback: false },
+    };
+    let positions = simulator.simulate(&[drive.to_vec()], STEP_S, Start::At { position: 0.0, velocity: 0.0 });
+    DynamicRecording::made(STEP_S, drive.to_vec(), positions.expect("a simulation"))
+}
+
+/// By how much a model departs from a recording at most, over the largest position.
+fn apart(model: &Model, data: &Data) -> f64 {
+    let own = model.positions(&[[0.0; 2]], data).expect("a stable simulation");
+    let apart = own.iter().zip(data.position).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    apart / data.position.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
 /// What the cubic stiffness alone does for the Silverbox: fitted to the whole training file, simulated on either

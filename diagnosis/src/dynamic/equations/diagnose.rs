@@ -5,6 +5,7 @@ use std::sync::Arc;
 use motion::equations::Plant;
 use numerics::{Symmetric, parallel};
 
+use super::super::accurate::estimated;
 use super::super::data::{ALL, Data, UNSCORED};
 use super::super::diagnose::{Case, DynamicOutcome, Identified, Predicted, repeated};
 use super::super::estimate::{Fitted, Simulated, fit};
@@ -113,7 +114,7 @@ fn all_rows(data: &Data, windows: &Data, seen: &Fitted<Model>) -> Option<Fitted<
         })
         .collect();
     let model = Model { free_starts, ..model.clone() };
-    start::estimated(&model, &first, data, ALL)
+    estimated(&model, &first, data, ALL)
 }
 
 impl Problem for Found<'_> {

@@ -7,6 +7,7 @@ use motion::equations::{Course, EquationsError, MotionEffect, Observer, Plant, S
 use physics::Parameter;
 use physics::number::{Dual, Number};
 
+use super::super::accurate::Refined;
 use super::super::data::Data;
 use super::super::estimate::Simulated;
 use super::super::gram::{Grams, through};
@@ -178,6 +179,16 @@ impl Model {
             let start: Vec<Dual<N>> = start.collect();
             self.along(data, number, |course| self.system.run(&numbers, &start, course, visit))
         })
+    }
+}
+
+impl Refined for Model {
+    fn refinement(&self) -> usize {
+        self.substeps
+    }
+
+    fn refined(&self, steps: usize) -> Model {
+        Model { substeps: steps, ..self.clone() }
     }
 }
 

@@ -8,13 +8,14 @@ use numerics::fourier::coefficients;
 use numerics::parallel;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use super::super::accurate::estimated;
 use super::super::data::{ALL, CHOOSE, CHOOSE_ROWS, Data, FIT, FIT_ROWS, Folds};
 use super::super::estimate::{Fitted, Simulated, fit_in};
 use super::super::noise::autoregression;
 use super::super::search::contenders::best_of_each;
 use super::super::search::{Augmented, gain, worth};
 use super::model::{Model, Term};
-use super::start::{Nominal, estimated, relaxed, within};
+use super::start::{Nominal, relaxed, within};
 use crate::thresholds::dynamic::equations::{
     BY_CHANCE, FACTORS_FIRST, IN_STEP, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS,
 };

@@ -3,18 +3,18 @@
 //! oscillation never runs out of step, and a level never so far away that an estimate stops in a local minimum.
 
 use fitter::plant::Hold;
-use motion::equations::{EquationsError, MOST_SUBSTEPS, Plant};
+use motion::equations::{EquationsError, Plant};
 use numerics::parallel;
 use physics::Parameter;
 use std::sync::Arc;
 
+use super::super::accurate::{accurate, estimated};
 use super::super::data::{ALL, Data, Folds, HOLDS};
 use super::super::estimate::{Fitted, Simulated, fit, fit_in};
 use super::model::{Model, is_logarithmic};
 use crate::thresholds::dynamic::diagnose::SEARCH_STEPS;
 use crate::thresholds::dynamic::equations::{
-    ACCURATE, APART, AS_WELL, BESIDE, FIRST_ROWS, FOLLOWED, LEAST_FIRST, OBSERVED, POINTS, SEARCH_ROWS,
-    STEPS, WEAKER,
+    APART, AS_WELL, FIRST_ROWS, FOLLOWED, LEAST_FIRST, OBSERVED, POINTS, SEARCH_ROWS, STEPS, WEAKER,
 };
 
 /// A plant without further effects, fitted to all rows of the windows in which effects are searched.
@@ -188,45 +188,6 @@ fn tried(plain: &Model, data: &Data) -> Vec<(Model, Vec<Vec<f64>>)> {
         fit_in(STEPS, &model, &states, &head, ALL)
     });
     best(tried.into_iter().flatten().collect()).into_iter().map(|f| (f.model, f.states)).collect()
-}
-
-/// An estimate in as many steps of the integration as the estimated motion itself asks for.
-pub fn estimated(model: &Model, states: &[Vec<f64>], data: &Data, folds: Folds) -> Option<Fitted<Model>> {
-    let mut model = accurate(model, states, data)?;
-    let mut states = states.to_vec();
-    loop {
-        let fitted = fit(&model, &states, data, folds)?;
-        let asked = accurate(&fitted.model, &fitted.states, data)?.substeps;
-        if asked <= model.substeps {
-            return Some(fitted);
-        }
-        model = Model { substeps: asked, ..fitted.model };
-        states = fitted.states;
-    }
-}
-
-/// The model with as many steps from row to row as its own motion asks for: so many that twice as many change nothing
-/// beside what it leaves of the recording; none where that are too many, or it cannot be simulated.
-pub fn accurate(model: &Model, states: &[Vec<f64>], data: &Data) -> Option<Model> {
-    let rows = || data.runs.iter().flat_map(|run| run.clone());
-    let square = |of: &dyn Fn(usize) -> f64| rows().map(|k| of(k).powi(2)).sum::<f64>();
-    let size = square(&|k| data.position[k]);
-    let mut model = Model { substeps: 1, ..model.clone() };
-    let mut coarse = model.positions(states, data).ok();
-    while model.substeps < MOST_SUBSTEPS {
-        model.substeps *= 2;
-        let fine = model.positions(states, data).ok();
-        if let (Some(coarse), Some(fine)) = (&coarse, &fine) {
-            let left = square(&|k| data.position[k] - fine[k]);
-            let apart = square(&|k| coarse[k] - fine[k]);
-            if apart <= f64::max(ACCURATE.powi(2) * size, BESIDE.powi(2) * left) {
-                model.substeps /= 2;
-                return Some(model);
-            }
-        }
-        coarse = fine;
-    }
-    None
 }
 
 #[cfg(test)]

@@ -7,7 +7,8 @@ use motion::equations::Plant;
 
 use super::free_run::InCommon;
 use super::{Gradient, Group, Of};
-use crate::dynamic::data::{ALL, Data, Folds};
+use crate::dynamic::accurate::estimated;
+use crate::dynamic::data::{ALL, Data};
 use crate::dynamic::equations::model::{Model, Term, is_logarithmic};
 use crate::dynamic::equations::{second_order, start, verdict};
 use crate::dynamic::estimate::Fitted;
@@ -44,7 +45,7 @@ impl InEquations {
         let model = Model { plant: other.plant.clone(), ..own }.with_terms(terms)?;
         let data = Data::new(recording);
         let states = start::first_states(&model, &data);
-        let fitted = start::estimated(&model, &states, &data, ALL)?;
+        let fitted = estimated(&model, &states, &data, ALL)?;
         Some(InEquations { fitted, names: Vec::new() })
     }
 }
@@ -90,10 +91,6 @@ impl InCommon for Model {
 
     fn fixed(&self) -> Model {
         Model::fixed(self)
-    }
-
-    fn estimated(&self, states: &[Vec<f64>], data: &Data, folds: Folds) -> Option<Fitted<Model>> {
-        start::estimated(self, states, data, folds)
     }
 
     fn groups(&self) -> Vec<Group> {

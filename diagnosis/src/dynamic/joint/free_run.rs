@@ -4,8 +4,9 @@ use fitter::plant::Plant;
 
 use super::expansion::{Evaluation, Expansion};
 use super::{Gradient, Group, Joint, Of, Side};
+use crate::dynamic::accurate::{Refined, estimated_at_best};
 use crate::dynamic::data::{ALL, CHOOSE, Data, Folds, SCORE};
-use crate::dynamic::estimate::{Fitted, Simulated, fit};
+use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::gram::Grams;
 use crate::dynamic::interval::Sort;
 use crate::dynamic::noise::autoregression;
@@ -13,7 +14,7 @@ use crate::dynamic::recording::DynamicRecording;
 use crate::verdict::{Location, Parameter};
 
 /// A model that two recordings may have in common.
-pub trait InCommon: Simulated {
+pub trait InCommon: Refined {
     /// The model of one recording with the effects of both, in the same order for either; none where there is none.
     fn with_effects_of_both(models: [&Self; 2], recording: usize) -> Option<Self>;
 
@@ -23,11 +24,6 @@ pub trait InCommon: Simulated {
 
     /// The model with nothing but its initial states free.
     fn fixed(&self) -> Self;
-
-    /// Fitted to some rows.
-    fn estimated(&self, states: &[Self::Start], data: &Data, folds: Folds) -> Option<Fitted<Self>> {
-        fit(self, states, data, folds)
-    }
 
     /// As [`Side::groups`].
     fn groups(&self) -> Vec<Group>;
@@ -105,7 +101,8 @@ impl<'a, M: InCommon> FreeRun<'a, M> {
         // From its own model a fit with more effects is never the worse one.
         let beside = union.beside(known.own);
         let starts = [Some(union), beside];
-        let fits = starts.iter().flatten().filter_map(|model| model.estimated(known.states, &data, ALL));
+        let fits =
+            starts.iter().flatten().filter_map(|model| estimated_at_best(model, known.states, &data, ALL));
         let fitted = fits.min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))?;
         let Known { recording, wider, .. } = *known;
         FreeRun::fitted(recording, plant, data, fitted, ALL, wider)
@@ -174,7 +171,7 @@ impl<M: InCommon> Side for FreeRun<'_, M> {
 
     fn without(&self, kind: usize) -> Option<Self> {
         let others = std::array::from_fn(|other| other != kind);
-        let fitted = self.fitted.model.estimated(&self.fitted.states, &self.data, others)?;
+        let fitted = estimated_at_best(&self.fitted.model, &self.fitted.states, &self.data, others)?;
         FreeRun::fitted(self.recording, self.plant, self.data.clone(), fitted, others, self.wider)
     }
 
