@@ -45,6 +45,13 @@ pub struct Explanation<'a> {
     pub gross: bool,
 }
 
+impl Explanation<'_> {
+    /// The further orders of the base that were found.
+    pub fn orders(&self) -> impl Iterator<Item = &Term> {
+        self.terms.iter().filter(|term| self.search.is_order(term.family))
+    }
+}
+
 /// What the noise's variance may depend on.
 pub(crate) fn covariates(rows: &Rows) -> Vec<Vec<f64>> {
     let x = rows.scaled_reading();

@@ -158,6 +158,8 @@ pub struct Proof<'a> {
     fold_of_row: Vec<Option<usize>>,
     group_of_row: Vec<usize>,
     folds: Vec<Fold<'a>>,
+    /// Further orders of the base that the search found. Beside a straight line a shape would follow the curve of the base.
+    orders: Vec<Term>,
     before: f64,
 }
 
@@ -220,7 +222,8 @@ pub fn prove<'a>(
     let folds: Vec<Fold> = parallel::indices(0..folds, fold).into_iter().collect::<Option<_>>()?;
     let group_of_row: Vec<usize> = hand_on.cell_of.iter().map(|cell| group[*cell]).collect();
     let fold_of_row = hand_on.cell_of.iter().map(|cell| judged[*cell]).collect();
-    let mut proof = Proof { by, fold_of_row, group_of_row, folds, before: 0.0 };
+    let orders = explanation.orders().cloned().collect();
+    let mut proof = Proof { by, fold_of_row, group_of_row, folds, orders, before: 0.0 };
     proof.before = proof.rms(|fold| &proof.folds[fold].before, |_| true);
     Some(proof)
 }
@@ -264,16 +267,17 @@ impl Proof<'_> {
         let left = |fold: &Fold| {
             let inner = &fold.inner;
             let named = |t: &&Term| inner.search.effect(t.family).is_some();
-            let mut terms: Vec<Term> = match choice {
+            let terms: Vec<Term> = match choice {
                 Choice::Searched => {
                     let found = fold.found.get_or_init(|| found_without(inner, &fold.held));
                     found.iter().filter(named).cloned().collect()
                 }
-                Choice::Of(terms) => terms.to_vec(),
+                Choice::Of(terms) => {
+                    let mut all = [&self.orders, *terms].concat();
+                    inner.search.backfit(&mut all);
+                    all.split_off(self.orders.len())
+                }
             };
-            if matches!(choice, Choice::Of(_)) {
-                inner.search.backfit(&mut terms);
-            }
             if terms.is_empty() {
                 return Some(fold.before.clone());
             }

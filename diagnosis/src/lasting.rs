@@ -21,7 +21,7 @@ impl<'a, 'b> Lasting<'a, 'b> {
     /// Beside a base of this order, and further ones that were found.
     pub fn new(explanation: &'b Explanation<'a>, order: usize) -> Self {
         let mut base = base_columns(explanation.search.rows, order);
-        base.extend(orders(explanation).flat_map(|t| t.columns.iter().cloned()));
+        base.extend(explanation.orders().flat_map(|t| t.columns.iter().cloned()));
         Lasting { explanation, base }
     }
 
@@ -71,7 +71,7 @@ impl<'a, 'b> Lasting<'a, 'b> {
     /// does. The noise takes its part of what is slow, so that a simpler effect may be enough.
     fn strongest(&self, terms: &[Term]) -> Option<Term> {
         let (search, _) = self.search_in_likeliest_noise(terms);
-        let beside: Vec<Term> = orders(self.explanation).chain(terms).cloned().collect();
+        let beside: Vec<Term> = self.explanation.orders().chain(terms).cloned().collect();
         let of_device = |f: usize| search.effect(f).is_some_and(|e| !search.catalogue[e].of_one_time);
         let found = search.contenders(&beside, of_device);
         let others: Vec<&Term> = terms.iter().collect();
@@ -88,7 +88,7 @@ impl<'a, 'b> Lasting<'a, 'b> {
         let model = [self.base.clone(), columns(&terms.iter().collect::<Vec<_>>())].concat();
         let (process, likelier) = noise.correlation.likeliest(&noise.clean, &model, &noise.sigma);
         noise.correlation = noise.correlation.with(&process);
-        let beside: Vec<Term> = orders(self.explanation).chain(terms).cloned().collect();
+        let beside: Vec<Term> = self.explanation.orders().chain(terms).cloned().collect();
         let (basis, left) = Search::with_noise(whole, noise.clone()).fit(&beside);
         // Of variance one beside these terms.
         let freedom = left.len().saturating_sub(basis.rank()).max(1) as f64;
@@ -129,14 +129,9 @@ pub fn in_likeliest_noise(explanation: Explanation) -> Explanation {
     if likelier < LIKELIER || !kept.iter().any(of_device) {
         return explanation;
     }
-    let mut terms: Vec<Term> = orders(&explanation).cloned().chain(kept).collect();
+    let mut terms: Vec<Term> = explanation.orders().cloned().chain(kept).collect();
     search.backfit(&mut terms);
     Explanation { chosen: terms.len(), search, terms, floor: explanation.floor, gross: explanation.gross }
-}
-
-/// The further orders of the base that were found.
-fn orders<'b>(explanation: &'b Explanation) -> impl Iterator<Item = &'b Term> {
-    explanation.terms.iter().filter(|term| explanation.search.is_order(term.family))
 }
 
 fn columns(terms: &[&Term]) -> Vec<Vec<f64>> {

@@ -307,9 +307,9 @@ pub fn place_of(explanation: &Explanation, catalogue: &[Effect], term: &Term) ->
 pub fn without(explanation: &Explanation, model: &Model, term: &Term) -> Vec<Term> {
     let is = |a: &Term, b: &Term| a.family == b.family && a.shape == b.shape;
     let rest = &explanation.terms[explanation.chosen..];
-    let orders = explanation.terms.iter().filter(|t| explanation.search.is_order(t.family));
     let of_model = model.terms.iter().map(|t| &t.term);
-    of_model.filter(|t| !is(t, term) && !rest.iter().any(|r| is(t, r))).chain(orders).cloned().collect()
+    let others = of_model.filter(|t| !is(t, term) && !rest.iter().any(|r| is(t, r)));
+    others.chain(explanation.orders()).cloned().collect()
 }
 
 /// Catalogued effects that do nearly as well in the term's place.

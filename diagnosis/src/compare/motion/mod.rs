@@ -5,6 +5,7 @@ mod apart;
 mod best_name;
 mod form_names;
 mod joined;
+mod one_name;
 
 use fitter::plant::Plant;
 use numerics::{centred, parallel, rms};
@@ -26,6 +27,7 @@ use crate::verdict::{Location, Parameter};
 
 use self::best_name::with_best_name;
 use self::form_names::FormNames;
+use self::one_name::of_one_name;
 use super::{Change, Comparison, Estimate, Quantity, Side};
 
 /// Compares two recordings of a mechanism: `case` is that of the earlier one.
@@ -111,9 +113,9 @@ impl Pair<'_> {
             };
             joint::free_run::joint([known(0), known(1)], self.plant)
         };
-        let found =
-            [0, 1].map(|k| candidates(self.recordings[k], models[k], self.skip, CANDIDATES_IN_MOTION));
-        let joint = with_best_name(of(models)?, &found, |side, model| of(with(models, side, model)));
+        let (named, joint) = of_one_name(models, of)?;
+        let found = [0, 1].map(|k| candidates(self.recordings[k], named[k], self.skip, CANDIDATES_IN_MOTION));
+        let joint = with_best_name(joint, &found, |side, model| of(with(named, side, model)));
         Some(self.joined(&joint))
     }
 

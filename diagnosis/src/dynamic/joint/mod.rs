@@ -255,6 +255,11 @@ impl<S: Side> Joint<S> {
         self.groups.len() + self.sought
     }
 
+    /// Number of parameters that both recordings have.
+    pub fn in_common(&self) -> usize {
+        self.sides[0].packed().len()
+    }
+
     /// Akaike's criterion of both recordings where some groups differ: −2 log likelihood, and two for each parameter that
     /// differs and for the choice among the effects that were sought.
     pub fn criterion(&self, changed: &[usize]) -> f64 {
