@@ -216,6 +216,20 @@ fn in_motion_a_held_drive_is_no_delay_that_came() {
     assert_eq!(compared["verdict"], "unchanged", "{compared}");
 }
 
+/// A lag of the drive has its name by one excitation, and that of a delay by another.
+#[test]
+fn in_motion_a_lag_with_another_name_in_each_recording_is_no_change() {
+    let record = |excitation: &str| {
+        format!(
+            "--seed 15 --excitation {excitation} --samples 6144 --effect drive_lag:time_constant_s=0.0002"
+        )
+    };
+    let compared = compared_in_motion(5, &record("multisine"), &record("sweep"));
+    let effects = |side: &str| compared[side]["effects"].clone();
+    assert_ne!(effects("then"), effects("now"), "{compared}");
+    assert_eq!(compared["verdict"], "unchanged", "{compared}");
+}
+
 /// A limit of the drive changes nothing while it is not reached, so that nothing about a model without it shows it.
 #[test]
 fn in_motion_a_limit_that_came_is_named() {
