@@ -4,6 +4,7 @@
 use crate::diagnose::common::{normal, recording, scene, wandering};
 use crate::diagnose::declared::arcsmith;
 use serde_json::Value;
+use std::fmt::Write;
 
 /// Readings of six passes of 31 rows every 3 s: degrees and degrees Celsius, the temperature at one level in each
 /// pass, which it approaches within half a minute.
@@ -299,6 +300,39 @@ fn what_fades_after_a_turn_is_described_whatever_direction_a_stage_at_rest_claim
     let json = scene.json(&out, "r");
     assert_eq!(json["effects"][0]["title"], "fades in time after the motion turned", "{json}");
     holds(&json["effects"][0], &[("k", 2.0), ("tau", 30.0)]);
+}
+
+/// Found again without held-out readings beside a straight line alone, the places of the jumps followed the sensor's curve.
+#[test]
+fn places_are_found_again_beside_the_curve_of_a_sensor() {
+    let scene = scene();
+    std::fs::write(&scene.mirror, "[sensor]\nkind = \"direct\"\nunit = \"mm\"\n").expect("a file");
+    for seed in [3, 9] {
+        let (mut noise, mut seat) = (normal(seed), -1.0);
+        let mut text = String::from("t_s,pass,direction,measured,reference\n");
+        for row in 0..488 {
+            let (pass, k) = (row / 61, row % 61);
+            let direction = if pass % 2 == 0 { 1.0 } else { -1.0 };
+            let x = direction * (f64::from(k) / 30.0 - 1.0);
+            if direction * x > if direction > 0.0 { 0.6 } else { 0.4 } {
+                seat = direction;
+            }
+            let curve = 0.02 * x.powi(3) - 0.03 * x.powi(2) + 0.03 * x.powi(4);
+            let error = curve + 7e-5 * seat + 1e-4 * noise();
+            writeln!(text, "{}.0,{},{direction},{:.7},{x:.7}", 2 * row, pass + 1, x + error).expect("text");
+        }
+        let path = scene.folder.path().join("stage.csv");
+        std::fs::write(&path, text).expect("a file");
+        let (output, out) = scene.diagnose(&[&path], &["--no-report"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let json = scene.json(&out, "stage");
+        assert_eq!(
+            json["effects"][0]["title"], "jumps between two values at two places, one each way",
+            "{json}"
+        );
+        let after = &json["fit"]["after"]["held_out_rms"];
+        assert!(after.as_f64().expect("held out") < 1.015e-4, "{}", json["fit"]);
+    }
 }
 
 #[test]
