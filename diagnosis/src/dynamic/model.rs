@@ -94,7 +94,7 @@ impl Model {
 
     /// Steps of the integrator from one sample to the next, so that no motion of the model turns by more
     /// than about a seventh of a radian in one: the fourth-order rule is then right to 10⁻⁴ at a resonance
-    /// of 5 % damping. Of an effect that acts within a row it knows nothing: see [`Model::refinement`].
+    /// of 5 % damping. Of an effect that acts within a row it knows nothing: see its `refinement`.
     pub fn substeps(&self, step_s: f64) -> usize {
         let own = self.nominal[1].abs().sqrt().max(0.1 * self.nominal[0].abs());
         let mut substeps = (own * step_s / 0.15).ceil();
