@@ -273,7 +273,8 @@ pub mod dynamic {
         /// Change by twice as many steps, over the recorded output (both as root mean square), that is none: a tenth of the
         /// error of a good converter.
         pub const ACCURATE: f64 = 1e-5;
-        /// The same over what a model leaves of the recording: it adds a ten-thousandth to its square.
+        /// The same over what a model leaves of the recording: it adds a ten-thousandth to its square, and to −2 log likelihood one
+        /// for ten thousand rows. Before it held for a second-order plant, 2 of 40 unchanged pairs alarmed, one of them by this error.
         pub const BESIDE: f64 = 0.01;
     }
 

@@ -253,7 +253,8 @@ impl<const N: usize> Stepper<N> {
         }
         let refused = |t_s: f64, error| RunError::Stalls { t_s, reason: reason(&error) };
         self.method.init(equations, self.t_s, end_s, &self.y).map_err(|e| refused(self.t_s, e))?;
-        // A mechanism that is held has no motion to step by: a drive that swings between its samples frees it there.
+        // While friction holds nothing moves, and a step of any length is accurate: a drive that swings between its samples would
+        // free it unseen.
         let longest_s = match equations.mode {
             Mode::Stuck => equations.signals.iter().map(Signal::piece_s).fold(f64::INFINITY, f64::min),
             Mode::Free | Mode::Sliding(_) => f64::INFINITY,

@@ -77,7 +77,7 @@ impl Signal {
         self.hold != Hold::BandLimited
     }
 
-    /// The time along which it is one cubic.
+    /// Length of a piece, s: along it the drive is one cubic.
     pub fn piece_s(&self) -> f64 {
         self.piece_s
     }

@@ -216,7 +216,7 @@ fn in_motion_a_held_drive_is_no_delay_that_came() {
     assert_eq!(compared["verdict"], "unchanged", "{compared}");
 }
 
-/// A lag of the drive has its name by one excitation, and that of a delay by another.
+/// By one excitation a lag of the drive is named a lag, by another a delay.
 #[test]
 fn in_motion_a_lag_with_another_name_in_each_recording_is_no_change() {
     let record = |excitation: &str| {

@@ -9,7 +9,7 @@ use crate::thresholds::dynamic::accurate::{ACCURATE, BESIDE};
 
 /// A model that can be simulated in shorter steps.
 pub trait Refined: Simulated {
-    /// How many steps it takes where its rule for them takes one.
+    /// How many steps it takes where its own rule for them asks for one.
     fn refinement(&self) -> usize;
 
     /// The model in so many.
@@ -33,8 +33,8 @@ pub fn estimated<M: Refined>(model: &M, states: &[M::Start], data: &Data, folds:
     }
 }
 
-/// The same; in the steps of the model as it is where none are short enough.
-pub fn estimated_at_best<M: Refined>(
+/// The same; where none are short enough, in those that the model has.
+pub fn estimated_or_coarse<M: Refined>(
     model: &M,
     states: &[M::Start],
     data: &Data,

@@ -7,7 +7,7 @@ use fitter::table::Values;
 use motion::equations::MotionEffect;
 use numerics::{Symmetric, parallel};
 
-use super::accurate::estimated_at_best;
+use super::accurate::estimated_or_coarse;
 use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, UNSCORED};
 use super::estimate::{Fitted, fit};
 use super::joint::equations::InEquations;
@@ -212,7 +212,8 @@ fn free_run(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
 
 /// A model on the whole recording: its initial states follow from the first rows. None where it runs away.
 fn whole(data: &Data, model: &Model) -> Option<Fitted> {
-    estimated_at_best(model, &data.first_states(), data, ALL).filter(|fitted| fitted.positions(data).is_ok())
+    estimated_or_coarse(model, &data.first_states(), data, ALL)
+        .filter(|fitted| fitted.positions(data).is_ok())
 }
 
 /// A model without what the judge withdrew; none where that is nothing.

@@ -1,13 +1,13 @@
-//! One effect may have another name in each recording: a delay here, a lag of the drive there. A model with both follows
-//! either badly where they are the same; with the effects of one recording alone both may be explained as well.
+//! One effect may have a different name in each recording: a delay in one, a lag of the drive in the other. A model with both
+//! would say that one went and the other came. The effects of one recording may explain both as well.
 
 use crate::dynamic::joint::{Joint, Side};
 use crate::dynamic::model::Model;
 
 use super::joined::differing;
 
-/// The models of two recordings with the model of both that `of` makes of them; in the place of either that of the other one,
-/// if each has an effect that the other has not and Akaike's criterion asks for no more.
+/// The pair of models from which `of` makes the model of both recordings with the least Akaike criterion, and that model: each
+/// recording's own, or that of one recording for both. The latter are tried where each has an effect that the other lacks.
 pub fn of_one_name<'m, S: Side>(
     models: [&'m Model; 2],
     of: impl Fn([&'m Model; 2]) -> Option<Joint<S>>,

@@ -4,7 +4,7 @@ use fitter::plant::Plant;
 
 use super::expansion::{Evaluation, Expansion};
 use super::{Gradient, Group, Joint, Of, Side};
-use crate::dynamic::accurate::{Refined, estimated_at_best};
+use crate::dynamic::accurate::{Refined, estimated_or_coarse};
 use crate::dynamic::data::{ALL, CHOOSE, Data, Folds, SCORE};
 use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::gram::Grams;
@@ -102,7 +102,7 @@ impl<'a, M: InCommon> FreeRun<'a, M> {
         let beside = union.beside(known.own);
         let starts = [Some(union), beside];
         let fits =
-            starts.iter().flatten().filter_map(|model| estimated_at_best(model, known.states, &data, ALL));
+            starts.iter().flatten().filter_map(|model| estimated_or_coarse(model, known.states, &data, ALL));
         let fitted = fits.min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))?;
         let Known { recording, wider, .. } = *known;
         FreeRun::fitted(recording, plant, data, fitted, ALL, wider)
@@ -171,7 +171,7 @@ impl<M: InCommon> Side for FreeRun<'_, M> {
 
     fn without(&self, kind: usize) -> Option<Self> {
         let others = std::array::from_fn(|other| other != kind);
-        let fitted = estimated_at_best(&self.fitted.model, &self.fitted.states, &self.data, others)?;
+        let fitted = estimated_or_coarse(&self.fitted.model, &self.fitted.states, &self.data, others)?;
         FreeRun::fitted(self.recording, self.plant, self.data.clone(), fitted, others, self.wider)
     }
 
