@@ -315,14 +315,14 @@ fn refuse(message: &Message) -> ExitCode {
 /// Prints a message as JSON: the whole, and its parts.
 fn complain_as_json(whole: &str, message: &Message, options: &[String]) {
     #[derive(Serialize)]
-    struct Told<'a> {
+    struct Complaint<'a> {
         message: &'a str,
         #[serde(flatten)]
         parts: &'a Message,
         #[serde(skip_serializing_if = "<[String]>::is_empty")]
         options: &'a [String],
     }
-    let error = Told { message: whole, parts: message, options };
+    let error = Complaint { message: whole, parts: message, options };
     let text = format!("{:#}", json!({"error": error}));
     let _ = writeln!(std::io::stderr(), "{}", text_safety::json(&text));
 }

@@ -154,7 +154,7 @@ mod tests {
 
     /// A bound of the fast reference that is far below every bound it is used for.
     #[test]
-    fn the_yardstick_is_finer_than_what_it_measures() {
+    fn the_fast_reference_is_far_finer_than_the_bounds_it_checks() {
         for (format, output) in
             [(Format::Q31, Output::PowerOfTwo), (Format::Q31, Output::Nano), (Format::F32, Output::F32)]
         {

@@ -105,8 +105,8 @@ pub fn fit<M: Simulated>(model: &M, states: &[M::Start], data: &Data, folds: Fol
     fit_in(PATIENCE, model, states, data, folds)
 }
 
-/// The same in each of some ways of running between the samples; those that cannot be simulated are left out.
-pub fn fit_in_ways(
+/// The same for each assumption about how the drive runs between the samples; those that cannot be simulated are left out.
+pub fn fit_with_each_hold(
     holds: impl IntoIterator<Item = Hold>,
     model: &Model,
     states: &[[f64; 2]],

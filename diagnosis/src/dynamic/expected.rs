@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::data::{ALL, Data, HOLDS};
 use super::diagnose::OwnSimulation;
-use super::estimate::{Fitted, fit, fit_in_ways};
+use super::estimate::{Fitted, fit, fit_with_each_hold};
 use super::model::Term;
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
@@ -46,7 +46,7 @@ fn with(given: &[Term], data: &Data) -> Option<Fitted> {
     let plain = start::nominal(data).into_iter().next()?;
     let mut model = plain.model;
     model.terms.extend_from_slice(given);
-    let fits = fit_in_ways(HOLDS, &model, &plain.states, data, ALL).into_iter();
+    let fits = fit_with_each_hold(HOLDS, &model, &plain.states, data, ALL).into_iter();
     fits.min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))
 }
 

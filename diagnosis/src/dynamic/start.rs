@@ -6,7 +6,7 @@ use fitter::plant::Hold;
 use numerics::{Symmetric, parallel};
 
 use super::data::{ALL, Data, HOLDS};
-use super::estimate::{Fitted, Simulated, fit_in_ways};
+use super::estimate::{Fitted, Simulated, fit_with_each_hold};
 use super::model::Model;
 use crate::thresholds::dynamic::start::{ROUNDS, WIDTHS};
 
@@ -44,7 +44,7 @@ pub fn nominal(data: &Data) -> Vec<Fitted> {
     let Some((_, plant)) = starts.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0)) else {
         return Vec::new();
     };
-    let mut fitted = fit_in_ways(HOLDS, &Model::nominal(plant, HOLDS[0]), &states, data, ALL);
+    let mut fitted = fit_with_each_hold(HOLDS, &Model::nominal(plant, HOLDS[0]), &states, data, ALL);
     fitted.sort_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)));
     fitted
 }

@@ -81,14 +81,14 @@ pub(crate) fn part(recording: &Recording, revolution: f64, unwound: &Unwound) ->
         counts_turns: unwound.counts_turns,
         whole: false,
         wraps: unwound.wraps,
-        directions: untold(recording, unwound),
+        directions: directions_of_part(recording, unwound),
         ..Turn::single(revolution)
     }
 }
 
 /// The directions of a recording to which no harmonics were fitted: what a polynomial leaves is tested for
 /// them elsewhere.
-fn untold(recording: &Recording, unwound: &Unwound) -> Directions {
+fn directions_of_part(recording: &Recording, unwound: &Unwound) -> Directions {
     let motion = Motion::of(recording, unwound);
     let mut directions = Directions::default().of(&motion, "");
     if motion.both {

@@ -221,10 +221,10 @@ fn a_single_pass_fits_and_says_what_is_unknown() {
 
 #[test]
 fn angles_are_recognised_without_the_command() {
-    let told = Device::paper();
-    let untold = Device { commanded: false, ..Device::paper() };
-    let a = fit(&told.recording(8), &mirror(), &Options::default()).unwrap();
-    let b = fit(&untold.recording(8), &mirror(), &Options::default()).unwrap();
+    let commanded = Device::paper();
+    let without = Device { commanded: false, ..Device::paper() };
+    let a = fit(&commanded.recording(8), &mirror(), &Options::default()).unwrap();
+    let b = fit(&without.recording(8), &mirror(), &Options::default()).unwrap();
     assert_eq!(a.coefficients.base, b.coefficients.base);
     assert_eq!(b.coefficients.order_selection.unwrap().held_out_by, "angle, by reading");
 }

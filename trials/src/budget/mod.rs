@@ -156,7 +156,7 @@ impl Covered {
             // Whether a diagnosis names what was concealed is scored by other trials: an effect with a memory in its place needs
             // a routine that is called again and again.
             match kind == Kind::Warmed.name() {
-                true => Figure::told(devices, self.devices.to_string()),
+                true => Figure::noted(devices, self.devices.to_string()),
                 false => Figure::at_least(devices, 1.0, self.devices),
             },
             Figure::new(
@@ -171,7 +171,7 @@ impl Covered {
                 tenths,
                 all.map(|all| all.into_iter().all(|within| within)),
             ),
-            Figure::told(format!("{kind}: rms of error over U"), format!("{:.3}", self.error_over_expanded)),
+            Figure::noted(format!("{kind}: rms of error over U"), format!("{:.3}", self.error_over_expanded)),
         ]
     }
 }

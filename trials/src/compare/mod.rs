@@ -146,7 +146,7 @@ pub struct Compared {
     /// Pairs in which the change has the right name.
     pub named: Share,
     /// The same of those whose recordings can tell.
-    pub told_apart: Share,
+    pub distinguishable: Share,
     /// Pairs in which nothing else is said to have changed.
     pub alone: Share,
     /// Every pair.
@@ -165,13 +165,16 @@ impl Compared {
             Kind::Same => vec![Figure::at_most(format!("{kind}: alarms"), 0.01, self.found)],
             Kind::Moved | Kind::Came => {
                 let named = if self.kind == Kind::Moved { 0.95 } else { 0.97 };
-                let told_apart = format!("{kind}: with the right name, where a recording can tell");
+                let distinguishable = format!("{kind}: with the right name, where a recording can tell");
                 let mut figures = vec![
                     Figure::at_least(format!("{kind}: found"), named, self.found),
                     Figure::at_least(format!("{kind}: with the right name"), named, self.named),
                 ];
-                figures
-                    .extend(self.told_apart.value().map(|_| Figure::reported(told_apart, self.told_apart)));
+                figures.extend(
+                    self.distinguishable
+                        .value()
+                        .map(|_| Figure::reported(distinguishable, self.distinguishable)),
+                );
                 figures.push(Figure::at_least(
                     format!("{kind}: nothing else said to have changed"),
                     0.95,
@@ -207,13 +210,14 @@ pub fn run(
         pool.install(|| (0..pairs).into_par_iter().map(one).collect::<Result<_, CampaignError>>())?;
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     let none = Share::default();
-    let mut compared = Compared { of, kind, found: none, named: none, told_apart: none, alone: none, rows };
+    let mut compared =
+        Compared { of, kind, found: none, named: none, distinguishable: none, alone: none, rows };
     for row in &compared.rows {
         compared.found.count(!row.said.is_empty());
         let named = row.said.iter().any(|said| Some(&said.id) == row.id.as_ref());
         compared.named.count(named);
         if row.can_tell {
-            compared.told_apart.count(named);
+            compared.distinguishable.count(named);
         }
         compared.alone.count(row.said.len() <= 1);
     }

@@ -10,7 +10,7 @@ use super::{CAME_BY, Kind, MOVED_BY, Pair};
 use crate::dynamic::draw::{LEAST_RHO, drawn_effect};
 use crate::dynamic::nearest_effect::{Scene, positions};
 use crate::dynamic::plan::{Assignment, Circumstances, circumstances};
-use crate::dynamic::truth::{Group, told_apart};
+use crate::dynamic::truth::{Group, distinguishable};
 use crate::linear::norm;
 
 const PLANT: &str = include_str!("../dynamic/plant.toml");
@@ -58,7 +58,7 @@ pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Op
         let added = if kind == Kind::Moved { growth()? } else { scene.white(0).to_vec() };
         let rest = scene.beside(0).projected_off(&added);
         let rho = norm(&rest);
-        let tells = || told_apart(scene.closest(0, &rest, &mut shape.clone()).as_ref(), rho);
+        let tells = || distinguishable(scene.closest(0, &rest, &mut shape.clone()).as_ref(), rho);
         Some((rho, asked && tells()))
     };
     let (mut amounts, mut can_tell) = ([None, None], false);

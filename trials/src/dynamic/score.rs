@@ -34,7 +34,7 @@ impl Unsealed for Case {
         self.answer.as_ref()
     }
 
-    fn told(&self) -> (String, Vec<String>, String) {
+    fn described(&self) -> (String, Vec<String>, String) {
         let t = &self.truth;
         let effect = |e: &super::truth::Concealed| {
             let near =
@@ -110,9 +110,9 @@ pub fn score(cases: &[Case]) -> Score {
     sheet.figures.push(Figure::at_most("false alarms on nulls", 0.01, alarms));
 
     let first = |c: &Case, a: &Answer| a.first() == Some(c.truth.effects[0].id.as_str());
-    let told = of(Group::Single).filter(|c| c.truth.can_tell());
+    let distinguishable = of(Group::Single).filter(|c| c.truth.can_tell());
     let figure = ("single effects named first, where the recording can tell", 0.95);
-    sheet.least(figure, "named first", told, first);
+    sheet.least(figure, "named first", distinguishable, first);
     let figure = ("single effects named, or listed beside one that nobody can tell from it", 0.95);
     sheet.least(figure, "named or listed", of(Group::Single), |c, a| {
         first(c, a) || (!c.truth.can_tell() && a.mentions(&c.truth.effects[0].id))
@@ -139,7 +139,7 @@ pub fn score(cases: &[Case]) -> Score {
     sheet.least(figure, "free run", run(), |c, _| c.ratio().is_some_and(|ratio| ratio <= LEFT));
     let ratios: Vec<f64> = run().filter_map(Case::ratio).collect();
     let median = percentile(&ratios, 0.5).map_or(String::from("none"), |median| format!("{median:.4}"));
-    sheet.figures.push(Figure::told("free run after over the noise, median", median));
+    sheet.figures.push(Figure::noted("free run after over the noise, median", median));
 
     let effects = rows(cases, |c| match c.truth.group {
         Group::Single | Group::Outside => vec![c.truth.effects[0].id.clone()],

@@ -56,12 +56,12 @@ const PART: f64 = 0.03;
 impl Concealed {
     /// Whether the recording can tell it from every other effect of the table.
     pub fn can_tell(&self) -> bool {
-        told_apart(self.imitation.as_ref(), self.rho)
+        distinguishable(self.imitation.as_ref(), self.rho)
     }
 }
 
 /// Whether a recording can tell an effect of `rho` from the one that comes closest and leaves so much of it.
-pub fn told_apart(imitation: Option<&(String, f64)>, rho: f64) -> bool {
+pub fn distinguishable(imitation: Option<&(String, f64)>, rho: f64) -> bool {
     imitation.is_none_or(|(_, left)| *left >= CAN_TELL && *left >= PART * rho)
 }
 

@@ -135,7 +135,7 @@ fn of_cells(rows: &[Cell], sheet: &mut Sheet) {
         |r: &Cell| format!("{} {} {} {}/{}", r.id, r.parameter, r.schedule, r.covered.hits, r.covered.of);
     let outside = |cell: &Cell| cell.covered.value().is_some_and(|value| !WANTED.contains(&value));
     let figure = "effect × parameter × schedule whose intervals do not hold the truth in 92 to 98 %";
-    sheet.figures.push(Figure::told(figure, listed(rows, outside, name).1));
+    sheet.figures.push(Figure::noted(figure, listed(rows, outside, name).1));
     let (refuted, measured) = listed(rows, |cell| cell.refuted, name);
     let figure = "the same beyond chance (1 % over all)";
     sheet.figures.push(Figure::new(figure, "none", measured, Some(refuted == 0)));

@@ -77,32 +77,32 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> (Vec<FalseAlarms>, O
     (families, curve, benchmark)
 }
 
-/// The detector that is told the noise and the formulas, and the answers to the same trials beside it.
+/// The detector that knows the noise and the formulas, and the answers to the same trials beside it.
 fn benchmark_figures(cases: &[Case], false_alarm: f64, sheet: &mut Sheet) -> Option<Curve> {
     let shown: Vec<(&Case, bool)> = cases.iter().filter_map(|c| Some((c, c.benchmark?))).collect();
     let points = |hit: &dyn Fn(&Case, bool) -> bool| -> Vec<curve::Point> {
         shown.iter().map(|(c, found)| (c.truth.least_rho(), hit(c, *found))).collect()
     };
-    let told = curve::fit(&points(&|_, found| found), benchmark::FALSE_ALARMS);
+    let informed = curve::fit(&points(&|_, found| found), benchmark::FALSE_ALARMS);
     let ours = curve::fit(&points(&|c, _| c.said(Answer::detects)), false_alarm.min(0.5));
     let mut tell = |figure: &str, measured: Option<String>| {
         let measured = measured.unwrap_or_else(|| "not determined".to_owned());
-        sheet.figures.push(Figure::told(figure, measured));
+        sheet.figures.push(Figure::noted(figure, measured));
     };
     tell(
-        "the same shift of a detector that is told the noise and searches the table alone",
-        told.as_ref().map(|c| format!("{:.2} (half at ρ {:.2}, width {:.2})", c.shift, c.half, c.width)),
+        "the same shift of a detector that knows the noise and searches the table alone",
+        informed.as_ref().map(|c| format!("{:.2} (half at ρ {:.2}, width {:.2})", c.shift, c.half, c.width)),
     );
     tell(
         "shift of the answers from that detector, on the same trials",
-        told.as_ref().zip(ours.as_ref()).map(|(told, ours)| {
+        informed.as_ref().zip(ours.as_ref()).map(|(informed, ours)| {
             let ninety = |c: &Curve| c.half + quantile(0.9) * c.width;
             format!(
                 "{:.2} at one half, {:.2} at nine tenths",
-                ours.half - told.half,
-                ninety(ours) - ninety(told)
+                ours.half - informed.half,
+                ninety(ours) - ninety(informed)
             )
         }),
     );
-    told
+    informed
 }

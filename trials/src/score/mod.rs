@@ -45,7 +45,7 @@ pub(crate) trait Unsealed {
     fn answer(&self) -> Option<&Answer>;
 
     /// The recording, what was concealed in it, and in which circumstances.
-    fn told(&self) -> (String, Vec<String>, String);
+    fn described(&self) -> (String, Vec<String>, String);
 
     fn said(&self, right: impl Fn(&Answer) -> bool) -> bool {
         self.answer().is_some_and(right)
@@ -61,7 +61,7 @@ impl Unsealed for Case {
         self.answer.as_ref()
     }
 
-    fn told(&self) -> (String, Vec<String>, String) {
+    fn described(&self) -> (String, Vec<String>, String) {
         let t = &self.truth;
         let effect = |e: &crate::truth::Concealed| {
             let near =
@@ -96,13 +96,13 @@ impl Figure {
         Self { figure: figure.into(), wanted: wanted.into(), measured: measured.into(), passed }
     }
 
-    /// A share that is told, without a wanted value.
+    /// A share without a wanted value.
     pub(crate) fn reported(figure: impl Into<String>, share: Share) -> Self {
-        Self::told(figure, share.to_string())
+        Self::noted(figure, share.to_string())
     }
 
     /// What was measured, without a wanted value.
-    pub(crate) fn told(figure: impl Into<String>, measured: String) -> Self {
+    pub(crate) fn noted(figure: impl Into<String>, measured: String) -> Self {
         Self::new(figure, "–", measured, None)
     }
 
@@ -173,7 +173,7 @@ pub(crate) struct Sheet {
 
 impl Sheet {
     pub fn miss(&mut self, figure: &'static str, case: &impl Unsealed, said: String) {
-        let (recording, effects, circumstances) = case.told();
+        let (recording, effects, circumstances) = case.described();
         let concealed = if effects.is_empty() { "nothing".to_owned() } else { effects.join(" + ") };
         self.misses.push(Miss { figure, recording, concealed, said, circumstances });
     }

@@ -25,13 +25,13 @@ pub struct Confusion {
 
 pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Confusion {
     let strong = || cases.iter().filter(|c| c.truth.group == Group::Strong && c.truth.least_rho() >= NAMED);
-    let told = || strong().filter(|c| c.truth.can_tell());
+    let distinguishable = || strong().filter(|c| c.truth.can_tell());
     let first = |c: &Case, a: &Answer| a.first() == Some(&c.truth.effects[0].id);
     let mentioned = |c: &Case, a: &Answer| a.mentions(&c.truth.effects[0].id);
     let figure = ("right name first, ρ ≥ 8, where the recording can tell", 0.98);
-    sheet.least(figure, "right name first", told(), first);
+    sheet.least(figure, "right name first", distinguishable(), first);
     let figure = ("named or among the alternatives, likewise", 0.995);
-    sheet.least(figure, "named or alternative", told(), mentioned);
+    sheet.least(figure, "named or alternative", distinguishable(), mentioned);
     sheet.tell("right name first, ρ ≥ 8, all recordings", strong(), first);
     sheet.tell("named or among the alternatives, all recordings", strong(), mentioned);
 

@@ -15,9 +15,9 @@ pub struct Worth {
     /// Recordings compared.
     pub compared: usize,
     /// Median and 95th percentile of rms / rms of a model that knows the effects.
-    pub told: Option<[f64; 2]>,
+    pub informed: Option<[f64; 2]>,
     /// The same beside a model that knows the covariance of the noise as well.
-    pub told_more: Option<[f64; 2]>,
+    pub fully_informed: Option<[f64; 2]>,
     /// Median and 95th percentile of rms / rms of the base model alone.
     pub base: Option<[f64; 2]>,
     /// Median and 95th percentile of the first, on rows inside the range of the coefficients alone.
@@ -37,7 +37,7 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Worth {
         let ratios: Vec<f64> = compared.iter().filter_map(|(_, fresh)| ratio(fresh)).collect();
         Some([percentile(&ratios, 0.5)?, percentile(&ratios, 0.95)?])
     };
-    let told = of(|f| Some(f.answer_arcsec / f.informed_arcsec));
+    let informed = of(|f| Some(f.answer_arcsec / f.informed_arcsec));
     for (case, fresh) in &compared {
         let ratio = fresh.answer_arcsec / fresh.informed_arcsec;
         if ratio > 1.10 {
@@ -47,15 +47,16 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Worth {
     let wanted = [("median", 1.02), ("95th percentile", 1.10)];
     for (index, (word, most)) in wanted.into_iter().enumerate() {
         let figure = format!("rms on a fresh recording / that of a model told the ids, {word}");
-        let measured = told.map_or("none".to_owned(), |t| format!("{:.3} (of {})", t[index], compared.len()));
-        let passed = told.map(|t| t[index] <= most);
+        let measured =
+            informed.map_or("none".to_owned(), |t| format!("{:.3} (of {})", t[index], compared.len()));
+        let passed = informed.map(|t| t[index] <= most);
         sheet.figures.push(Figure::new(figure, format!("≤ {most:.2}"), measured, passed));
     }
 
     let inside = of(|f| Some(f.inside_ratio));
     let percentiles = inside.map_or("none".to_owned(), |[median, most]| format!("{median:.3}, {most:.3}"));
     let figure = "the same on rows inside the calibrated range alone: median, 95th percentile";
-    sheet.figures.push(Figure::told(figure, percentiles));
+    sheet.figures.push(Figure::noted(figure, percentiles));
 
     let mut realised = Share::default();
     for (case, fresh) in &compared {
@@ -74,8 +75,8 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Worth {
     sheet.figures.push(Figure::at_least("gain claimed is realised on a fresh recording", 0.95, realised));
     Worth {
         compared: compared.len(),
-        told,
-        told_more: of(|f| f.fully_informed_arcsec.map(|told| f.answer_arcsec / told)),
+        informed,
+        fully_informed: of(|f| f.fully_informed_arcsec.map(|least| f.answer_arcsec / least)),
         base: of(|f| Some(f.answer_arcsec / f.base_arcsec)),
         inside,
         realised,

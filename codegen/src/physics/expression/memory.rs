@@ -266,7 +266,7 @@ impl Lowering<'_, '_> {
         let scale = |n: i64| seen.unit.mul_pow2(n).div(&least);
         let largest = Interval::from_int(i32::MAX.into()).mul_pow2(-32);
         let all_gaps = elements * (elements + 1) / 2;
-        let far = self.way_to_start(of, &seen)?;
+        let far = self.distance_to_start(of, &seen)?;
         let fits = |n: &i64| {
             let scale = scale(*n).magnitude();
             all_gaps << n <= i32::MAX.into()
@@ -302,7 +302,7 @@ impl Lowering<'_, '_> {
     }
 
     /// How far it is at most from any v to a start that is stated, in words of v; 0 where it starts at v.
-    fn way_to_start(&self, of: &[Tree], seen: &Scaled) -> Result<f64> {
+    fn distance_to_start(&self, of: &[Tree], seen: &Scaled) -> Result<f64> {
         let Some(start) = of.get(2) else { return Ok(0.0) };
         let start = self.rough(&start.at_start())?;
         let words = seen.word.range.magnitude().to_f64();

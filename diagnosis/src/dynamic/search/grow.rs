@@ -6,7 +6,7 @@ use numerics::parallel;
 use super::{Augmented, MOST_EXCHANGES, Search, worth};
 use crate::dynamic::data::{ALL, Data, FIT, FIT_ROWS, Folds, HOLDS};
 use crate::dynamic::effects::{CATALOGUE, DynamicEffect, Part, TRANSPORT_DELAY};
-use crate::dynamic::estimate::{Fitted, fit, fit_in, fit_in_ways};
+use crate::dynamic::estimate::{Fitted, fit, fit_in, fit_with_each_hold};
 use crate::dynamic::model::{Model, Term};
 use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::model::MOST_TERMS;
@@ -150,7 +150,7 @@ impl<'a> Search<'a> {
     /// The model with the best way of running between the samples.
     pub(super) fn best_hold(&self, present: Fitted, folds: Folds) -> Fitted {
         let others: Vec<Hold> = HOLDS.into_iter().filter(|hold| *hold != present.model.hold).collect();
-        let others = fit_in_ways(others, &present.model, &present.states, self.data, folds);
+        let others = fit_with_each_hold(others, &present.model, &present.states, self.data, folds);
         others.into_iter().fold(present, |best, f| if f.cost(folds) < best.cost(folds) { f } else { best })
     }
 
