@@ -86,6 +86,29 @@ fn an_effect_that_each_recording_names_differently_is_one() {
     }
 }
 
+/// At one angle of a coarse schedule neither the place nor the width of a defect is determined: a change of these must not be
+/// taken for its height.
+#[test]
+fn a_defect_that_came_where_few_readings_show_it_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, "init --out mirror.toml -q");
+    let record =
+        |rest: &str| run(folder, &format!("record --protocol calibration --device-seed 7 -q {rest}"));
+    for seed in [3, 4, 5] {
+        record(&format!("--seed {seed} --schedule fine --out then.csv"));
+        let defect = "--effect local_defect:height_arcsec=2,centre_deg=0.7,width_deg=0.08";
+        record(&format!("--seed 10{seed} --schedule coarse {defect} --out now.csv"));
+        let text = run(folder, "compare then.csv now.csv --mirror mirror.toml --out came --json");
+        let came: Value = serde_json::from_str(&text).unwrap();
+        let change = &came["changes"][0];
+        assert_eq!(change["id"], "local_defect", "{seed}: {came}");
+        // Twice what it adds to the readings at most.
+        let rms = change["rms"].as_f64().unwrap();
+        assert!((0.2..1.0).contains(&rms), "{seed}: {rms}");
+    }
+}
+
 /// The earlier recording was taken within a kelvin, at another mean temperature than the later one, where the drift is so far
 /// out of the noise that a form with more coefficients takes its place.
 #[test]

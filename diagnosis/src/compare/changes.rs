@@ -11,7 +11,7 @@ use crate::verdict::locate;
 
 use super::choose::{Chosen, noise_ratio, visible};
 use super::design::{Design, Fitted, What, White};
-use super::quantity::{add_moved_shape, presence, quantities, smallest};
+use super::quantity::{add_shapes, presence, quantities, smallest};
 use super::{Change, HeldOut, Kind, Quantity, Visible};
 
 /// A fitted model in which parts differ.
@@ -51,7 +51,7 @@ impl Differences<'_> {
             difference.iter_mut().zip(more).for_each(|(d, m)| *d += m);
         }
         if let Some(k) = what.effect() {
-            add_moved_shape(design, k, &mut difference);
+            add_shapes(design, self.fitted, k, &mut difference);
         }
         let later = difference.split_off(design.both.split);
         let mut others: Vec<String> = alternatives.iter().map(|other| design.id(*other)).collect();

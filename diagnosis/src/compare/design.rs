@@ -48,8 +48,19 @@ pub struct Part {
     pub what: What,
     /// Its columns over both recordings.
     pub columns: Vec<Vec<f64>>,
+    /// What else the part of a shape has.
+    of_shape: Option<OfShape>,
     /// What it does to the base as well where it differs.
     of_base: Vec<Vec<f64>>,
+}
+
+/// What the part of a shape has, whose columns go with the amplitudes.
+#[derive(Clone)]
+struct OfShape {
+    /// Its columns where the effect is as strong in both recordings.
+    in_common: Vec<Vec<f64>>,
+    /// How far a fit may be expected to move it: by its own size, or half its range.
+    size: f64,
 }
 
 /// The model of both recordings.
@@ -165,23 +176,27 @@ impl<'a> Design<'a> {
     fn assemble(&mut self) {
         let base = base_columns(&self.both.rows, self.order);
         let mut parts = Vec::new();
-        let mut push = |what: What, columns: Vec<Vec<f64>>| {
+        let mut push = |what: What, columns: Vec<Vec<f64>>, of_shape: Option<OfShape>| {
             if !columns.is_empty() {
                 let of_base = match what {
                     What::Amplitude(k) => reference::of(&self.shared[k], &columns, &base, self.both),
                     _ => Vec::new(),
                 };
-                parts.push(Part { what, columns, of_base });
+                parts.push(Part { what, columns, of_shape, of_base });
             }
         };
         let slope = usize::from(self.both.rows.whole_turn().is_none());
-        push(What::Gain, base[1..(1 + slope).min(base.len())].to_vec());
-        push(What::Base, base[(1 + slope).min(base.len())..].to_vec());
+        push(What::Gain, base[1..(1 + slope).min(base.len())].to_vec(), None);
+        push(What::Base, base[(1 + slope).min(base.len())..].to_vec(), None);
         for (k, shared) in self.shared.iter().enumerate() {
-            push(What::Amplitude(k), shared.columns(self.both));
+            push(What::Amplitude(k), shared.columns(self.both), None);
             if !shared.amplitudes[0].is_empty() {
                 for (j, range) in shared.free_shapes(self.both) {
-                    push(What::Shape(k, j), vec![shared.derivative(self.both, j, &range)]);
+                    let at = |amplitudes| vec![shared.derivative(self.both, j, &range, amplitudes)];
+                    let ([then, now], larger) = (&shared.amplitudes, &shared.amplitudes[shared.stronger()]);
+                    let of_shape =
+                        OfShape { in_common: at([larger, larger]), size: shared.size(j, &range, 0) };
+                    push(What::Shape(k, j), at([then, now]), Some(of_shape));
                 }
             }
         }
@@ -193,6 +208,20 @@ impl<'a> Design<'a> {
         match self.parts[part].what {
             What::Shape(k, _) => self.shared[k].found.iter().all(Option::is_some),
             What::Amplitude(_) | What::Gain | What::Base => true,
+        }
+    }
+
+    /// A part's columns over both recordings where these parts differ. Where an effect's amplitudes do not, neither does what
+    /// its shape does: by the amplitudes of each recording, the shape of what came would take up what the other lacks.
+    fn columns(&self, part: usize, changed: &[usize]) -> &[Vec<f64>] {
+        let differs = |what: What| changed.iter().any(|part| self.parts[*part].what == what);
+        match &self.parts[part] {
+            Part { what: What::Shape(k, _), of_shape: Some(of_shape), .. }
+                if !differs(What::Amplitude(*k)) =>
+            {
+                &of_shape.in_common
+            }
+            part => &part.columns,
         }
     }
 
@@ -250,28 +279,42 @@ impl<'a> Design<'a> {
         self.parts.iter().position(|part| part.what == what)
     }
 
-    /// Fits both recordings, with these parts differing.
+    /// Fits both recordings, with these parts differing. A shape that the readings do not determine stays near where it is:
+    /// its size is a standard deviation.
     pub fn fit(&self, white: &White, changed: &[usize]) -> Fitted {
         let mut columns = self.own.clone();
         let mut common = Vec::new();
-        for part in &self.parts {
+        let mut shapes = Vec::new();
+        let size = |part: usize| self.parts[part].of_shape.as_ref().map(|shape| shape.size);
+        for part in 0..self.parts.len() {
             common.push(columns.len());
-            columns.extend(part.columns.iter().cloned());
+            shapes.extend(size(part).map(|size| (columns.len(), size)));
+            columns.extend_from_slice(self.columns(part, changed));
         }
         let mut differences = Vec::new();
         for part in changed {
             differences.push(columns.len());
+            shapes.extend(size(*part).map(|size| (columns.len(), size)));
             columns.extend(self.differing(*part).chain(self.differing_base(*part)));
         }
-        let whitened: Vec<Vec<f64>> = columns.iter().map(|column| white.of(column)).collect();
-        let solution = least_squares(&whitened, &white.target);
+        let expected = |column: usize| {
+            shapes.iter().map(move |(shape, size)| if *shape == column { 1.0 / size } else { 0.0 })
+        };
+        let whitened: Vec<Vec<f64>> = columns
+            .iter()
+            .enumerate()
+            .map(|(k, c)| white.of(c).into_iter().chain(expected(k)).collect())
+            .collect();
+        let target = [&white.target[..], &vec![0.0; shapes.len()]].concat();
+        let solution = least_squares(&whitened, &target);
         Fitted { changed: changed.to_vec(), solution, common, differences, columns }
     }
 
     /// The whole model with these parts differing, and what it leaves of the observations.
     pub fn beside(&self, white: &White, changed: &[usize]) -> (Basis, Vec<f64>) {
         let mut basis = Basis::new(self.both.rows.len());
-        let whole = self.own.iter().chain(self.parts.iter().flat_map(|part| &part.columns));
+        let parts = (0..self.parts.len()).flat_map(|part| self.columns(part, changed));
+        let whole = self.own.iter().chain(parts);
         whole.for_each(|column| {
             basis.add(&white.of(column));
         });
@@ -343,11 +386,9 @@ impl<'a> Design<'a> {
     /// Puts shapes that follow from the amplitudes where those of the recording put them that has more of the effect: in the
     /// other its columns would vanish, and an amplitude that differs would not be missed.
     fn follow(&mut self) {
-        let strength = |amplitudes: &[f64]| dot(amplitudes, amplitudes);
         for shared in &mut self.shared {
             let Some(effect) = shared.effect.as_ref().filter(|effect| effect.shape_follows) else { continue };
-            let [then, now] = &shared.amplitudes;
-            let more = usize::from(strength(now) > strength(then));
+            let more = shared.stronger();
             if !shared.amplitudes[more].is_empty() {
                 let shape =
                     effect.consistent_shape(&shared.shape[more], &shared.amplitudes[more], &self.both.rows);
@@ -440,12 +481,8 @@ impl<'a> Design<'a> {
                     let ranges = self.shared[k].free_shapes(self.both);
                     let Some((_, range)) = ranges.into_iter().find(|(of, _)| *of == j) else { continue };
                     let limited = |recording: usize, by: f64| {
-                        let scale = if range.logarithmic {
-                            self.shared[k].shape[recording][j]
-                        } else {
-                            0.5 * (range.high - range.low)
-                        };
-                        by.clamp(-0.5 * scale, 0.5 * scale)
+                        let size = self.shared[k].size(j, &range, recording);
+                        by.clamp(-0.5 * size, 0.5 * size)
                     };
                     let by = [limited(0, then[0]), limited(1, now[0])];
                     moves.push((k, j, range, by));

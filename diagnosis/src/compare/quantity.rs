@@ -1,6 +1,6 @@
 //! The parameters of what changed, then and now, with intervals that allow for everything else.
 
-use numerics::{centred, dot};
+use numerics::{add_scaled, centred, dot};
 use serde::Serialize;
 
 use crate::calibrate::log_tail;
@@ -182,21 +182,27 @@ pub fn presence(design: &Design, fitted: &Fitted, part: usize, recording: usize)
     (common.len() as f64 * (-log_tail(most, 1)).exp()).min(1.0)
 }
 
-/// Adds to a difference what shapes that differ already make of it.
-pub fn add_moved_shape(design: &Design, k: usize, difference: &mut [f64]) {
-    let shared = &design.shared[k];
+/// Adds to a difference what the shapes of effect `k` make of it: where they differ already, and where a fit moves them at
+/// amplitudes that differ.
+pub fn add_shapes(design: &Design, fitted: &Fitted, k: usize, difference: &mut [f64]) {
+    let (shared, both) = (&design.shared[k], design.both);
     let (Some(effect), [then, now]) = (&shared.effect, &shared.shape) else { return };
-    if then == now {
+    let before = &shared.amplitudes[0];
+    if then != now {
+        let [as_then, as_now] = [then, now].map(|shape| both.columns(|rows| effect.signature(rows, shape)));
+        for ((a, b), amplitude) in as_then.iter().zip(&as_now).zip(before) {
+            add_scaled(difference, *amplitude, b);
+            add_scaled(difference, -amplitude, a);
+        }
+    }
+    if !fitted.changed.iter().any(|part| design.parts[*part].what == What::Amplitude(k)) {
         return;
     }
-    let (as_then, as_now) = (
-        design.both.columns(|rows| effect.signature(rows, then)),
-        design.both.columns(|rows| effect.signature(rows, now)),
-    );
-    for ((a, b), amplitude) in as_then.iter().zip(&as_now).zip(&shared.amplitudes[0]) {
-        for ((d, a), b) in difference.iter_mut().zip(a).zip(b) {
-            *d += amplitude * (b - a);
-        }
+    for (j, range) in shared.free_shapes(both) {
+        let Some(part) = design.part(What::Shape(k, j)) else { continue };
+        let moved = fitted.solution.coefficients[fitted.of(design, part).0[0]];
+        add_scaled(difference, moved, &design.parts[part].columns[0]);
+        add_scaled(difference, -moved, &shared.derivative(both, j, &range, [before, before]));
     }
 }
 

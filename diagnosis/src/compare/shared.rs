@@ -123,8 +123,19 @@ impl Shared {
             .collect()
     }
 
-    /// What it adds changes so with shape parameter `j` at its amplitudes.
-    pub fn derivative(&self, both: &Joined, j: usize, range: &Range) -> Vec<f64> {
+    /// The size of shape parameter `j` in a recording, or half its range.
+    pub fn size(&self, j: usize, range: &Range, recording: usize) -> f64 {
+        if range.logarithmic { self.shape[recording][j] } else { 0.5 * (range.high - range.low) }
+    }
+
+    /// The recording that has more of it.
+    pub fn stronger(&self) -> usize {
+        let [then, now] = self.amplitudes.each_ref().map(|amplitudes| dot(amplitudes, amplitudes));
+        usize::from(now > then)
+    }
+
+    /// What it adds changes so with shape parameter `j` at the amplitudes of each recording.
+    pub fn derivative(&self, both: &Joined, j: usize, range: &Range, amplitudes: [&Vec<f64>; 2]) -> Vec<f64> {
         let Some(effect) = &self.effect else { return vec![0.0; both.rows.len()] };
         let mut derivative = vec![0.0; both.rows.len()];
         for (recording, rows) in [(0, 0..both.split), (1, both.split..both.rows.len())] {
@@ -139,7 +150,7 @@ impl Shared {
             if high <= low {
                 continue;
             }
-            for ((a, b), amplitude) in above.iter().zip(&below).zip(&self.amplitudes[recording]) {
+            for ((a, b), amplitude) in above.iter().zip(&below).zip(amplitudes[recording]) {
                 for i in rows.clone() {
                     derivative[i] += amplitude * (a[i] - b[i]) / (high - low);
                 }
