@@ -211,8 +211,9 @@ impl<'a> Design<'a> {
         }
     }
 
-    /// A part's columns over both recordings where these parts differ. Where an effect's amplitudes do not, neither does what
-    /// its shape does: by the amplitudes of each recording, the shape of what came would take up what the other lacks.
+    /// A part's columns over both recordings where these parts differ. Where an effect is as strong in both, those of its shape
+    /// have one amplitude: with that of each recording, those of an effect that came would exist in the later one alone, and
+    /// take up the difference.
     fn columns(&self, part: usize, changed: &[usize]) -> &[Vec<f64>] {
         let differs = |what: What| changed.iter().any(|part| self.parts[*part].what == what);
         match &self.parts[part] {
