@@ -20,15 +20,16 @@ fn run(folder: &Path, line: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Records the same mirror with a zero drift of so many arcsec/K.
+/// Records the same mirror.
+fn record_mirror(folder: &Path, rest: &str) {
+    run(folder, &format!("record --protocol calibration --device-seed 7 -q {rest}"));
+}
+
+/// Records it with a zero drift of so many arcsec/K.
 fn record(folder: &Path, name: &str, seed: u32, schedule: &str, drift: f64) {
-    run(
-        folder,
-        &format!(
-            "record --protocol calibration --seed {seed} --device-seed 7 --schedule {schedule} --temperature chamber \
-             --effect thermal_zero_drift:coefficient_arcsec_per_k={drift} --out {name} -q"
-        ),
-    );
+    let effect = format!("--effect thermal_zero_drift:coefficient_arcsec_per_k={drift}");
+    let rest = format!("--seed {seed} --schedule {schedule} --temperature chamber {effect} --out {name}");
+    record_mirror(folder, &rest);
 }
 
 #[test]
@@ -93,12 +94,10 @@ fn a_defect_that_came_where_few_readings_show_it_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     run(folder, "init --out mirror.toml -q");
-    let record =
-        |rest: &str| run(folder, &format!("record --protocol calibration --device-seed 7 -q {rest}"));
     for seed in [3, 4, 5] {
-        record(&format!("--seed {seed} --schedule fine --out then.csv"));
+        record_mirror(folder, &format!("--seed {seed} --schedule fine --out then.csv"));
         let defect = "--effect local_defect:height_arcsec=2,centre_deg=0.7,width_deg=0.08";
-        record(&format!("--seed 10{seed} --schedule coarse {defect} --out now.csv"));
+        record_mirror(folder, &format!("--seed 10{seed} --schedule coarse {defect} --out now.csv"));
         let text = run(folder, "compare then.csv now.csv --mirror mirror.toml --out came --json");
         let came: Value = serde_json::from_str(&text).unwrap();
         let change = &came["changes"][0];
@@ -116,11 +115,9 @@ fn an_effect_that_came_at_another_temperature_is_named_and_no_change_of_the_gain
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     run(folder, "init --out mirror.toml -q");
-    let record =
-        |rest: &str| run(folder, &format!("record --protocol calibration --device-seed 7 -q {rest}"));
-    record("--seed 3 --temperature lab --out then.csv");
+    record_mirror(folder, "--seed 3 --temperature lab --out then.csv");
     let drift = "--effect thermal_gain_drift:coefficient_ppm_per_k=400";
-    record(&format!("--seed 13 --schedule fine --temperature chamber {drift} --out now.csv"));
+    record_mirror(folder, &format!("--seed 13 --schedule fine --temperature chamber {drift} --out now.csv"));
     let text = run(folder, "compare then.csv now.csv --mirror mirror.toml --out came --json");
     let came: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(came["now"]["effects"][0], "empirical_1", "what this test is about: {came}");

@@ -182,8 +182,8 @@ pub fn presence(design: &Design, fitted: &Fitted, part: usize, recording: usize)
     (common.len() as f64 * (-log_tail(most, 1)).exp()).min(1.0)
 }
 
-/// Adds to a difference what the shapes of effect `k` make of it: where they differ already, and where a fit moves them at
-/// amplitudes that differ.
+/// Adds to a difference, one value per row of both recordings in their unit, what the shapes of effect `k` make of it: where
+/// they differ already, and where a fit moves them at amplitudes that differ.
 pub fn add_shapes(design: &Design, fitted: &Fitted, k: usize, difference: &mut [f64]) {
     let (shared, both) = (&design.shared[k], design.both);
     let (Some(effect), [then, now]) = (&shared.effect, &shared.shape) else { return };

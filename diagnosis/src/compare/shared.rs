@@ -123,12 +123,12 @@ impl Shared {
             .collect()
     }
 
-    /// The size of shape parameter `j` in a recording, or half its range.
+    /// The size of shape parameter `j` in a recording, or half its range, in the parameter's unit.
     pub fn size(&self, j: usize, range: &Range, recording: usize) -> f64 {
         if range.logarithmic { self.shape[recording][j] } else { 0.5 * (range.high - range.low) }
     }
 
-    /// The recording that has more of it.
+    /// The recording that has more of it (0: then, 1: now).
     pub fn stronger(&self) -> usize {
         let [then, now] = self.amplitudes.each_ref().map(|amplitudes| dot(amplitudes, amplitudes));
         usize::from(now > then)
