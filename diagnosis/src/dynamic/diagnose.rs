@@ -279,9 +279,10 @@ impl FreeRun<'_> {
         let plant = &self.case.plant.plant;
         // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
         let proof_of = |f: &Fitted| fit(&f.model, &f.states, data, UNSCORED);
-        let (proof_before, proof_after) = parallel::join(|| proof_of(before), || proof_of(found));
+        let proofs = || parallel::join(|| proof_of(before), || proof_of(found));
         let small = search.complete(small);
-        let Remains { structures, left, floor } = self.remains(&small, found);
+        let ((proof_before, proof_after), remains) = parallel::join(proofs, || self.remains(&small, found));
+        let Remains { structures, left, floor } = remains;
         let verdict = verdict::verdict(before, found, &left);
         let structures = match verdict {
             // What no named effect explains is located beside the nominal plant.

@@ -110,11 +110,12 @@ fn by_motion(residual: &[f64], simulated: &[f64], data: &Data, noise: &Autoregre
     let order = noise.coefficients.len();
     let (mut squares, mut speeds, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
     for run in &data.runs {
+        let middle = numerics::mean(&simulated[run.clone()]);
         for k in run.start + order.max(1)..run.end.saturating_sub(1) {
             let past: f64 = noise.coefficients.iter().enumerate().map(|(j, c)| c * residual[k - 1 - j]).sum();
             squares.push((residual[k] - past).powi(2));
             speeds.push(((simulated[k + 1] - simulated[k - 1]) / (2.0 * data.step_s)).powi(2));
-            sizes.push((simulated[k] - numerics::mean(&simulated[run.clone()])).powi(2));
+            sizes.push((simulated[k] - middle).powi(2));
         }
     }
     let all = [("t_s", Some("velocity"), speeds), ("position", None, sizes)];
