@@ -59,12 +59,13 @@ pub struct Predicted {
 
 impl Predicted {
     /// Those of a recording by the model before and the one after.
-    pub(crate) fn by<M>(
+    pub(crate) fn by<M: Sync>(
         recording: &DynamicRecording,
         [before, after]: [&M; 2],
-        columns: impl Fn(&M) -> Vec<Vec<f64>>,
+        columns: impl Fn(&M) -> Vec<Vec<f64>> + Sync,
     ) -> Predicted {
-        Predicted { t_s: recording.t_s.clone(), before: columns(before), after: columns(after) }
+        let (before, after) = parallel::join(|| columns(before), || columns(after));
+        Predicted { t_s: recording.t_s.clone(), before, after }
     }
 }
 

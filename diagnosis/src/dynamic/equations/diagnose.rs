@@ -145,8 +145,9 @@ impl Found<'_> {
         let nominal = self.case.plant;
         // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
         let proof_of = |f: &Fitted<Model>| fit(&f.model, &f.states, data, UNSCORED);
-        let (proof_before, proof_after) = parallel::join(|| proof_of(before), || proof_of(found));
-        let (above, floor) = self.floor(found);
+        let proofs = || parallel::join(|| proof_of(before), || proof_of(found));
+        let rest = || parallel::join(|| self.floor(found), || self.covariance(found));
+        let ((proof_before, proof_after), ((above, floor), covariance)) = parallel::join(proofs, rest);
         let named_any = found.model.terms.len() > search.given;
         let verdict = match (named_any, above > 0.0) {
             (false, false) => Verdict::Consistent,
@@ -154,7 +155,6 @@ impl Found<'_> {
             (true, false) => Verdict::Explained,
             (true, true) => Verdict::PartlyExplained,
         };
-        let covariance = self.covariance(found);
         let named = match named_any {
             true => verdict::effects(search, data, [small, found], &covariance, |id| self.kind(id)),
             false => Vec::new(),
@@ -171,7 +171,7 @@ impl Found<'_> {
         let other = self.case.held_out.map(|r| Predicted::by(r, fits, |fitted| held_out(r, fitted)));
         let idle = proof_after.as_ref().filter(|_| named_any).and_then(|f| search.idle(f, data));
         let predicted = |f: &Option<Fitted<Model>>| f.as_ref().and_then(|f| f.positions(data).ok());
-        let without = [predicted(&proof_before), predicted(&proof_after)];
+        let without: [_; 2] = parallel::join(|| predicted(&proof_before), || predicted(&proof_after)).into();
         let channels: score::Channels = |recording| &recording.positions;
         let channels = (channels, nominal.plant.position_unit.as_str());
         let fit = score::fit(self.case, channels, &own, other.as_ref(), without, &data.fold);
