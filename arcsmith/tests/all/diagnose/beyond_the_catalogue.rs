@@ -413,7 +413,8 @@ fn what_a_coil_heats_is_described_handed_on_and_limited_beyond_what_was_recorded
 fn a_form_that_is_not_handed_on_is_said_all_the_same() {
     for seed in [2, 4] {
         let json = diagnosed(|_, _, t| 0.003 * (t - 27.0).powi(2), &white(seed), seed);
-        let formula = "k * (temperature_c - mean(temperature_c)) + c * (temperature_c - mean(temperature_c))^2";
+        let formula =
+            "k * (temperature_c - mean(temperature_c)) + c * (temperature_c - mean(temperature_c))^2";
         assert_eq!(json["effects"][0]["formula"], formula, "{json}");
         assert_eq!(json["verdict"], "described", "{seed}");
         let (before, after) = (&json["fit"]["before"]["train_rms"], &json["fit"]["after"]["train_rms"]);
