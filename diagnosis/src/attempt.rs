@@ -198,7 +198,6 @@ fn judged<'a>(
         before_refitted: &before_refitted,
         before_left: &before_left,
         proof: proof.as_ref(),
-        level,
         blocks: OnceLock::new(),
     };
     let mut settled = judge.settle();

@@ -16,7 +16,7 @@ use crate::lasting::Lasting;
 use crate::model::{self, FittedTerm, Model, choose_order};
 use crate::search::Term;
 use crate::thresholds::judge::{
-    ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, OF_FITTED, OF_ONE_STEP, OF_OTHERS, REMEMBERS,
+    ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, OF_FITTED, OF_HELD_OUT, OF_ONE_STEP, OF_OTHERS, REMEMBERS,
 };
 use crate::thresholds::{AT_FLOOR, NO_WORSE};
 use crate::undecided::Weighted;
@@ -77,8 +77,6 @@ pub struct Judge<'a, 'b> {
     pub before_left: &'b [f64],
     /// The held-out passes; none where nothing can be held out.
     pub proof: Option<&'b Proof<'a>>,
-    /// Standard deviation of the noise of a single reading, as it was estimated.
-    pub level: f64,
     /// The held-out blocks, made where they are needed.
     pub blocks: OnceLock<Option<Proof<'a>>>,
 }
@@ -158,8 +156,8 @@ impl<'a> Judge<'a, '_> {
     }
 
     /// Whether held-out rows are predicted better in the mean. Effects that were chosen with all rows look better there than
-    /// they are: they must leave nothing but noise there, and be better beyond the interval of the gain, or be found if noise
-    /// lasted, where what chance chooses is paid for. What gains little there of what it gains of fitted rows is fitted to these. True where nothing is held out.
+    /// they are: they must leave hardly more of them than of fitted ones, and be better beyond the interval of the gain, or be
+    /// found if noise lasted, where what chance chooses is paid for. What gains little there of what it gains of fitted rows is fitted to these. True where nothing is held out.
     fn shows_gain(&self, handed: &Handed, model: &Model) -> bool {
         let Some(shown) = &handed.shown else { return true };
         let gain = gain(&shown.gains);
@@ -168,11 +166,9 @@ impl<'a> Judge<'a, '_> {
             let beyond = self.beyond_noise(model);
             model.terms.iter().filter(|t| t.effect.is_some()).all(|t| beyond.iter().any(|b| same(b, &t.term)))
         };
-        let correlation = self.explanation.search.noise.correlation.typical();
-        let noise = floor(self.level, correlation, &handed.left, handed.model.base.len());
-        let leaves_noise = shown.rms <= AT_FLOOR * noise;
+        let overfitted = shown.rms > OF_HELD_OUT * rms(&handed.left);
         gain.value > OF_FITTED * of_fitted.max(0.0)
-            && (shown.chosen_without || leaves_noise && (gain.is_certain() || found_in_any_noise()))
+            && (shown.chosen_without || !overfitted && (gain.is_certain() || found_in_any_noise()))
     }
 
     /// Leaves out the effects that noise which lasts does as well as.
