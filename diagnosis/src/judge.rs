@@ -23,8 +23,8 @@ use crate::undecided::Weighted;
 use crate::verdict::Verdict;
 
 /// What is said where named effects are not handed on.
-const NOT_SHOWN: &str = "the base alone is handed on: nothing shows that held-out rows are predicted \
-    better with the named effects";
+const NOT_SHOWN: &str = "the base alone is handed on: held-out rows do not show that the effects hold \
+    beyond the rows that they were fitted to";
 
 /// An answer that agrees with itself.
 pub struct Settled {
@@ -155,9 +155,12 @@ impl<'a> Judge<'a, '_> {
         fitted.into_iter().zip(beyond).filter_map(|(term, beyond)| beyond.then_some(term)).collect()
     }
 
-    /// Whether held-out rows are predicted better in the mean. Effects that were chosen with all rows look better there than
-    /// they are: they must leave hardly more of them than of fitted ones, and be better beyond the interval of the gain, or be
-    /// found if noise lasted, where what chance chooses is paid for. What gains little there of what it gains of fitted rows is fitted to these. True where nothing is held out.
+    /// Whether held-out rows are predicted better in the mean; true where nothing is held out. Gains on them that are small
+    /// beside those on fitted rows are a fit to these.
+    ///
+    /// Effects that were chosen with all readings look better on held-out rows than they are. They must leave hardly more of
+    /// these than of fitted ones. They must also be better beyond the interval of the gain, or be found if noise lasted, where
+    /// what chance chooses is paid for.
     fn shows_gain(&self, handed: &Handed, model: &Model) -> bool {
         let Some(shown) = &handed.shown else { return true };
         let gain = gain(&shown.gains);

@@ -12,10 +12,11 @@ use crate::thresholds::compose::{CLEARLY, OVERFITTED};
 impl Attempt<'_> {
     /// Whether an attempt with forms is to be preferred to this one of named effects alone.
     ///
-    /// Where the names leave structure, forms must leave less; or describe everything, if they are not handed on: with a clearly
-    /// greater merit where there are names. Where the names explain everything, forms need a clearly greater merit. If such forms
-    /// leave structure, they must also leave less of held-out readings and be no more than the names, if there are any: two effects
-    /// that explain everything are not given up for five that do not.
+    /// - Where the names leave structure, forms must leave less. Forms that are not handed on may instead describe everything: with
+    ///   a clearly greater merit where there are names, with any where there are none.
+    /// - Where the names explain everything, forms need a clearly greater merit. If such forms leave structure, they must also leave
+    ///   less of held-out readings and be no more than the names, if there are any: two effects that explain everything are not
+    ///   given up for five that do not.
     pub(super) fn gives_way_to(&self, with_forms: &Attempt, hand_on: &HandOn) -> bool {
         if self.leaves_structure() {
             // Where other recordings get nothing of the forms, their held-out figures are those of the base alone.
