@@ -26,19 +26,26 @@ impl<T: Number> Amplifier<T> {
     }
 
     /// The drive behind it along a parabola, in parts on none of which the limit begins or ends: on each it is a parabola again.
-    pub fn parts(self, piece: Piece<T>) -> impl Iterator<Item = Piece<T>> {
-        let places = self.crossings(piece.cubic.map(T::value));
+    /// `lift` takes the drive's numbers, which may have no derivatives, to those of offset and limit.
+    #[inline(always)]
+    pub fn parts<L: Number>(
+        self,
+        piece: Piece<L>,
+        lift: impl Fn(L) -> T,
+    ) -> impl Iterator<Item = ([T; 4], L)> {
+        let places = self.crossings(piece.cubic.map(L::value));
         (0..=MOST_CROSSINGS).filter(move |i| *i == 0 || places[*i] < 1.0).map(move |i| {
             let [from, to] = [places[i], places[i + 1]];
             let cubic = match (from, to) {
                 (0.0, 1.0) => piece.cubic,
-                _ => along(piece.cubic, T::from_f64(from), T::from_f64(to - from)),
+                _ => along(piece.cubic, L::from_f64(from), L::from_f64(to - from)),
             };
-            Piece { cubic: self.stretch(cubic), part: piece.part * (to - from) }
+            (self.stretch(cubic.map(&lift)), piece.part * (to - from))
         })
     }
 
     /// The same of a stretch on which the limit neither begins nor ends.
+    #[inline(always)]
     fn stretch(&self, [a, b, c, d]: [T; 4]) -> [T; 4] {
         let a = self.offset.map_or(a, |offset| a + offset);
         let middle = a + b * 0.5 + c * 0.25 + d * 0.125;
@@ -51,15 +58,21 @@ impl<T: Number> Amplifier<T> {
         }
     }
 
+    /// Whether the limit is surely not reached along a stretch.
+    pub fn is_open(&self, [a, b, c, d]: [f64; 4]) -> bool {
+        let a = a + self.offset.map_or(0.0, |offset| offset.value());
+        self.limit.is_none_or(|limit| a.abs() + b.abs() + c.abs() + d.abs() <= limit.value())
+    }
+
     /// Where along a parabola the limit begins or ends, ascending, between 0 and as many ones as there are no such places.
     fn crossings(&self, [a, b, c, _]: [f64; 4]) -> [f64; MOST_CROSSINGS + 2] {
         let mut places = [1.0; MOST_CROSSINGS + 2];
         places[0] = 0.0;
-        let Some(limit) = self.limit else { return places };
-        let a = a + self.offset.map_or(0.0, |offset| offset.value());
-        if (b == 0.0 && c == 0.0) || a.abs() + b.abs() + c.abs() <= limit.value() {
+        let Some(limit) = self.limit.filter(|_| !self.is_open([a, b, c, 0.0])) else { return places };
+        if b == 0.0 && c == 0.0 {
             return places;
         }
+        let a = a + self.offset.map_or(0.0, |offset| offset.value());
         for (side, level) in [limit.value(), -limit.value()].into_iter().enumerate() {
             // The roots of a + b r + c r² without cancellation; of a line one of them is infinite or no number.
             let a = a - level;
@@ -90,9 +103,8 @@ mod tests {
         {
             let mean = |limit: Dual<1>| {
                 let amplifier = Amplifier { offset: Some(Dual::from_f64(0.1)), limit: Some(limit) };
-                let parts =
-                    amplifier.parts(Piece { cubic: cubic.map(Dual::from_f64), part: Dual::from_f64(1.0) });
-                parts.fold(Dual::from_f64(0.0), |sum: Dual<1>, part| sum + part.part * moments(part.cubic)[0])
+                let parts = amplifier.parts(Piece { cubic, part: 1.0 }, Dual::from_f64);
+                parts.fold(Dual::from_f64(0.0), |sum: Dual<1>, (cubic, part)| sum + moments(cubic)[0] * part)
             };
             let found = mean(Dual::variable(0.6, 0));
             let sampled = |limit: f64| {

@@ -2,6 +2,8 @@
 //! in one step of the integrator is handed on as the parabola with the same mean, first and second moment: the
 //! fourth-order rule then moves the mechanism as the drive itself would, jumps and fast transients included.
 
+use std::ops::Mul;
+
 use physics::number::Number;
 
 use super::amplifier::Amplifier;
@@ -19,8 +21,7 @@ pub struct DrivePath<'a, T> {
     signal: &'a Signal,
     delay: Option<T>,
     amplifier: Amplifier<T>,
-    /// Time constant and state.
-    lag: Option<(T, Lag<T>)>,
+    lag: Option<Lag<T>>,
     /// Coefficient and what is remembered.
     memory: Option<(T, Turns<T>)>,
 }
@@ -40,13 +41,12 @@ impl<'a, T: Number> DrivePath<'a, T> {
         let delay = parameter(Part::Delay).reduce(|a, b| a + b);
         let mut path = DrivePath { signal: course.signal, delay, amplifier, lag: None, memory: None };
         path.lag = parameter(Part::DriveLag).next().map(|tau| {
-            let mut pieces = path.pieces(first, 0.0, 1.0);
-            let begins = pieces.find(|piece| piece.part.value() >= LEAST_PART);
-            let [input, rise] = begins.map_or([T::from_f64(0.0); 2], |piece| {
-                let [input, rise, ..] = piece.cubic;
-                [input, rise / piece.part]
-            });
-            (tau, Lag::behind(input, rise * (1.0 / course.step_s), tau))
+            let pieces =
+                path.signal.pieces(first, 0.0, 1.0, delay).flat_map(|piece| amplifier.parts(piece, |x| x));
+            let begins = pieces.into_iter().find(|(_, part)| part.value() >= LEAST_PART);
+            let [input, rise] =
+                begins.map_or([T::from_f64(0.0); 2], |([input, rise, ..], part)| [input, rise / part]);
+            Lag::behind(input, rise * (1.0 / course.step_s), tau, course.step_s)
         });
         path.memory = parameter(Part::DriveMemory).next().map(|coefficient| {
             let mut turns = Turns::new();
@@ -71,33 +71,69 @@ impl<'a, T: Number> DrivePath<'a, T> {
                 Some((coefficient, turns)) => span.plus(*coefficient, &span.remembered(turns)),
             };
         }
-        let mut sums = [T::from_f64(0.0); 3];
-        let mut passed = T::from_f64(0.0);
-        for Piece { cubic, part: length } in self.pieces(k, s, part) {
-            let [m0, m1, m2] = match length.value() < LEAST_PART {
-                true => self.begun(cubic[0], length * time),
-                false => self.passed(cubic, length * time),
-            };
-            sums[0] += length * m0;
-            sums[1] += length * (passed * m0 + length * m1);
-            sums[2] += length * (passed * passed * m0 + length * (passed * m1 * 2.0 + length * m2));
-            passed += length;
+        if let Some(span) = self.open(k, s, part) {
+            return span;
         }
-        Span::of_moments(sums)
+        // Only a delay gives the pieces' lengths derivatives.
+        match self.delay {
+            None => self.through(self.signal.pieces(k, s, part, None), time, T::from_f64),
+            Some(_) => self.through(self.signal.pieces(k, s, part, self.delay), time, |x| x),
+        }
     }
 
-    /// The stretches of the drive behind the amplifier, in their order.
-    fn pieces(&self, k: isize, s: f64, part: f64) -> impl Iterator<Item = Piece<T>> + use<'a, T> {
+    /// The same where at most an offset changes the drive, so that plain numbers do.
+    fn open(&self, k: isize, s: f64, part: f64) -> Option<Span<T>> {
+        if self.delay.is_some() || self.lag.is_some() || self.memory.is_some() {
+            return None;
+        }
+        let (mut sums, mut passed) = ([0.0; 3], 0.0);
+        for Piece { cubic, part: length } in self.signal.pieces::<f64>(k, s, part, None) {
+            if !self.amplifier.is_open(cubic) {
+                return None;
+            }
+            add(&mut sums, moments(cubic), passed, length);
+            passed += length;
+        }
+        let Span { from, middle, to } = Span::of_moments(sums);
+        let behind = |drive: f64| {
+            self.amplifier.offset.map_or(T::from_f64(drive), |offset| offset + T::from_f64(drive))
+        };
+        Some(Span { from: behind(from), middle: behind(middle), to: behind(to) })
+    }
+
+    /// What reaches the mechanism along some pieces of the drive, in their order.
+    #[inline(always)]
+    fn through<L: Number>(
+        &mut self,
+        pieces: impl Iterator<Item = Piece<L>>,
+        time: f64,
+        lift: impl Fn(L) -> T + Copy,
+    ) -> Span<T>
+    where
+        T: Mul<L, Output = T>,
+    {
         let amplifier = self.amplifier;
-        self.signal.pieces(k, s, part, self.delay).flat_map(move |piece| amplifier.parts(piece))
+        let mut sums = [T::from_f64(0.0); 3];
+        let mut passed = L::from_f64(0.0);
+        for piece in pieces {
+            for (cubic, length) in amplifier.parts(piece, lift) {
+                let moments = match length.value() < LEAST_PART {
+                    true => self.begun(cubic[0], lift(length * time)),
+                    false => self.passed(cubic, lift(length * time)),
+                };
+                add(&mut sums, moments, passed, length);
+                passed += length;
+            }
+        }
+        Span::of_moments(sums)
     }
 
     /// Moments of a stretch that has no length but derivatives, behind the lag. What a hysteresis adds to these derivatives is left
     /// out: they only say where a fit goes from a delay of whole steps.
     fn begun(&mut self, drive: T, time: T) -> [T; 3] {
         let reached = match &mut self.lag {
-            Some((tau, lag)) => {
-                lag.state += (drive - lag.state) * (time / *tau);
+            Some(lag) => {
+                lag.begin(drive, time);
                 lag.state
             }
             None => drive,
@@ -109,12 +145,12 @@ impl<'a, T: Number> DrivePath<'a, T> {
     fn passed(&mut self, cubic: [T; 4], time: T) -> [T; 3] {
         let [a, b, c, d] = cubic;
         // The lag's transient takes an exponential, which nothing else needs half-way.
-        let seen = self.memory.is_some().then(|| match &self.lag {
-            Some((tau, lag)) => [lag.state, lag.half_way(cubic, time, *tau)],
+        let seen = self.memory.is_some().then(|| match &mut self.lag {
+            Some(lag) => [lag.state, lag.half_way(cubic, time)],
             None => [a, a + b * 0.5 + c * 0.25 + d * 0.125],
         });
         let (mut passed, to) = match &mut self.lag {
-            Some((tau, lag)) => (lag.pass(cubic, time, *tau), lag.state),
+            Some(lag) => (lag.pass(cubic, time), lag.state),
             None => (moments(cubic), a + b + c + d),
         };
         if let (Some((coefficient, turns)), Some([from, middle])) = (&mut self.memory, seen) {
@@ -123,6 +159,19 @@ impl<'a, T: Number> DrivePath<'a, T> {
         }
         passed
     }
+}
+
+/// Adds a piece's moments to those of the step, of which a part has passed.
+#[inline(always)]
+fn add<T: Number + Mul<L, Output = T>, L: Number>(
+    sums: &mut [T; 3],
+    [m0, m1, m2]: [T; 3],
+    passed: L,
+    length: L,
+) {
+    sums[0] += m0 * length;
+    sums[1] += (m0 * passed + m1 * length) * length;
+    sums[2] += (m0 * (passed * passed) + (m1 * passed * 2.0 + m2 * length) * length) * length;
 }
 
 #[cfg(test)]

@@ -7,63 +7,107 @@ use physics::number::Number;
 pub struct Lag<T> {
     /// Its output.
     pub state: T,
+    tau: T,
+    over: Over<T>,
+}
+
+/// What the lag does over a time along any input. Most times are those of a whole step, so that the last one is kept.
+#[derive(Clone, Copy)]
+struct Over<T> {
+    time: T,
+    /// τ over the time: ρ.
+    ratio: T,
+    /// e^(−1/ρ).
+    decay: T,
+    /// The moments of e^(−r/ρ), r from 0 to 1.
+    moments: [T; 3],
 }
 
 /// How a lag goes along a cubic: w(r) = q(r) + A e^(−r/ρ), r from 0 to 1.
 struct Course<T> {
-    /// Time constant over the time that passes.
-    ratio: T,
     /// Coefficients of q.
     steady: [T; 4],
     /// A.
     transient: T,
-    /// e^(−1/ρ).
-    decay: T,
 }
 
-impl<T: Number> Lag<T> {
-    /// In the wake of an input that has been running straight.
-    pub fn behind(input: T, rate: T, tau: T) -> Lag<T> {
-        Lag { state: input - rate * tau }
-    }
-
-    fn course(&self, [c0, c1, c2, c3]: [T; 4], time: T, tau: T) -> Course<T> {
+impl<T: Number> Over<T> {
+    fn new(time: T, tau: T) -> Over<T> {
         // Far below the step it is a shift by τ; this keeps the exponent finite.
         let least = 1e-9 * time.value();
         let tau = if tau.value() > least { tau } else { tau.chain(least, 1.0) };
         let ratio = tau / time;
+        let one = T::from_f64(1.0);
+        let decay = (-(one / ratio)).exp();
+        let e0 = ratio * (one - decay);
+        let e1 = ratio * (e0 - decay);
+        let e2 = ratio * (e1 * 2.0 - decay);
+        Over { time, ratio, decay, moments: [e0, e1, e2] }
+    }
+
+    /// Whether it is over this time.
+    fn is_over(&self, time: &T) -> bool {
+        self.time.value() == time.value() && !self.time.moves() && !time.moves()
+    }
+
+    fn course(&self, state: T, [c0, c1, c2, c3]: [T; 4]) -> Course<T> {
         // q solves ρ q′ = u − q: q = u − ρ u′ + ρ² u″ − ρ³ u‴.
         let q3 = c3;
-        let q2 = c2 - ratio * q3 * 3.0;
-        let q1 = c1 - ratio * q2 * 2.0;
-        let q0 = c0 - ratio * q1;
-        let decay = (-(T::from_f64(1.0) / ratio)).exp();
-        Course { ratio, steady: [q0, q1, q2, q3], transient: self.state - q0, decay }
+        let q2 = c2 - self.ratio * q3 * 3.0;
+        let q1 = c1 - self.ratio * q2 * 2.0;
+        let q0 = c0 - self.ratio * q1;
+        Course { steady: [q0, q1, q2, q3], transient: state - q0 }
+    }
+}
+
+impl<T: Number> Lag<T> {
+    /// With its output, over steps that take `step_s`.
+    pub fn new(state: T, tau: T, step_s: f64) -> Lag<T> {
+        Lag { state, tau, over: Over::new(T::from_f64(step_s), tau) }
+    }
+
+    /// In the wake of an input that has been running straight.
+    pub fn behind(input: T, rate: T, tau: T, step_s: f64) -> Lag<T> {
+        Lag::new(input - rate * tau, tau, step_s)
+    }
+
+    fn over(&mut self, time: T) -> &Over<T> {
+        if !self.over.is_over(&time) {
+            self.over = Over::new(time, self.tau);
+        }
+        &self.over
+    }
+
+    /// Towards a constant input, over a time that has no length but derivatives.
+    pub fn begin(&mut self, input: T, time: T) {
+        self.state += (input - self.state) * (time / self.tau);
     }
 
     /// On along a cubic that takes `time`; the output there.
-    pub fn advance(&mut self, input: [T; 4], time: T, tau: T) -> T {
-        let Course { steady: [q0, q1, q2, q3], transient, decay, .. } = self.course(input, time, tau);
-        self.state = q0 + q1 + q2 + q3 + transient * decay;
+    pub fn advance(&mut self, input: [T; 4], time: T) -> T {
+        let state = self.state;
+        let over = self.over(time);
+        let Course { steady: [q0, q1, q2, q3], transient } = over.course(state, input);
+        self.state = q0 + q1 + q2 + q3 + transient * over.decay;
         self.state
     }
 
     /// The same, and the moments ∫ w dr, ∫ r w dr and ∫ r² w dr of the output on the way.
-    pub fn pass(&mut self, input: [T; 4], time: T, tau: T) -> [T; 3] {
-        let Course { ratio, steady, transient, decay } = self.course(input, time, tau);
-        let [q0, q1, q2, q3] = steady;
-        self.state = q0 + q1 + q2 + q3 + transient * decay;
-        let e0 = ratio * (T::from_f64(1.0) - decay);
-        let e1 = ratio * (e0 - decay);
-        let e2 = ratio * (e1 * 2.0 - decay);
-        let [m0, m1, m2] = moments(steady);
+    pub fn pass(&mut self, input: [T; 4], time: T) -> [T; 3] {
+        let state = self.state;
+        let over = self.over(time);
+        let Course { steady, transient } = over.course(state, input);
+        let ([q0, q1, q2, q3], [m0, m1, m2], [e0, e1, e2]) = (steady, moments(steady), over.moments);
+        self.state = q0 + q1 + q2 + q3 + transient * over.decay;
         [m0 + transient * e0, m1 + transient * e1, m2 + transient * e2]
     }
 
     /// The output half-way along a cubic.
-    pub fn half_way(&self, input: [T; 4], time: T, tau: T) -> T {
-        let Course { ratio, steady: [q0, q1, q2, q3], transient, .. } = self.course(input, time, tau);
-        let half = (-(T::from_f64(0.5) / ratio)).exp();
+    pub fn half_way(&mut self, input: [T; 4], time: T) -> T {
+        let state = self.state;
+        let over = self.over(time);
+        let Course { steady: [q0, q1, q2, q3], transient } = over.course(state, input);
+        let half = (-(T::from_f64(0.5) / over.ratio)).exp();
         q0 + q1 * 0.5 + q2 * 0.25 + q3 * 0.125 + transient * half
     }
 }
@@ -100,14 +144,14 @@ mod tests {
                     half = w;
                 }
             }
-            let mut lag = Lag { state: 0.3 };
-            assert!((lag.half_way(cubic, time, tau) - half).abs() < 1e-6);
-            let moments = lag.pass(cubic, time, tau);
+            let mut lag = Lag::new(0.3, tau, time);
+            assert!((lag.half_way(cubic, time) - half).abs() < 1e-6);
+            let moments = lag.pass(cubic, time);
             assert!((lag.state - w).abs() < 1e-6, "{tau}: {} {w}", lag.state);
             for (a, b) in moments.iter().zip(sums) {
                 assert!((a - b).abs() < 1e-6, "{tau}: {a} {b}");
             }
-            assert_eq!(Lag { state: 0.3 }.advance(cubic, time, tau), lag.state);
+            assert_eq!(Lag::new(0.3, tau, 2.0 * time).advance(cubic, time), lag.state);
         }
     }
 }

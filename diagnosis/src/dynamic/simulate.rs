@@ -107,18 +107,18 @@ fn run<T: Number, const Z: usize, const Q: usize>(
         [motion.state.p, motion.state.v] = start;
         motion.turn();
     }
-    let mut reading: Option<(T, Lag<T>)> = model.acting(Part::SensorLag).next().map(|k| {
-        let tau = theta.terms[k][0];
-        (tau, Lag::behind(motion.state.p, motion.state.v, tau))
-    });
-    let read = |reading: &Option<(T, Lag<T>)>, p: T| reading.as_ref().map_or(p, |(_, lag)| lag.state);
+    let time = motion.step_s;
+    let mut reading: Option<Lag<T>> = model
+        .acting(Part::SensorLag)
+        .next()
+        .map(|k| Lag::behind(motion.state.p, motion.state.v, theta.terms[k][0], time));
+    let read = |reading: &Option<Lag<T>>, p: T| reading.as_ref().map_or(p, |lag| lag.state);
     let offset = model.acting(Part::SensorOffset).fold(T::from_f64(0.0), |sum, k| sum + theta.terms[k][0]);
     visit(0, read(&reading, motion.state.p) + offset);
-    let time = motion.step_s;
     for k in 0..course.rows - 1 {
         motion.advance(k as isize, |from, to| {
-            if let Some((tau, lag)) = &mut reading {
-                lag.advance(between(from, to, time), T::from_f64(time), *tau);
+            if let Some(lag) = &mut reading {
+                lag.advance(between(from, to, time), T::from_f64(time));
             }
         })?;
         visit(k + 1, read(&reading, motion.state.p) + offset);
