@@ -44,14 +44,15 @@ fn stage() -> tempfile::TempDir {
     folder
 }
 
-/// Copies what belongs to the project; links are left out.
+/// Copies what belongs to the project but links and the sources of its programs, which no command here compiles.
 fn copy(from: &Path, to: &Path) {
     fs::create_dir(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
         let entry = entry.unwrap();
         let (kind, name) = (entry.file_type().unwrap(), entry.file_name());
         let target = to.join(&name);
-        if kind.is_dir() && name != "target" && name != ".git" {
+        let left_out = name == "target" || name == ".git" || (name == "src" && !from.ends_with("generated"));
+        if kind.is_dir() && !left_out {
             copy(&entry.path(), &target);
         } else if kind.is_file() {
             fs::copy(entry.path(), target).unwrap();
