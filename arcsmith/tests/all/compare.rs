@@ -263,6 +263,19 @@ fn in_motion_a_limit_that_came_is_named() {
     assert!((now - 0.05).abs() < 1e-4, "{limit}");
 }
 
+/// A recording without a hysteresis says nothing of its yield: to first order damping seemed to explain more.
+#[test]
+fn in_motion_a_hysteresis_that_came_is_no_change_of_damping() {
+    let hysteresis = "--effect bouc_wen_hysteresis:stiffness=12,yield=524";
+    let of = |seed: u32| format!("--seed {seed} --samples 16384");
+    let compared = compared_in_motion(9, &of(1), &format!("{} {hysteresis}", of(2)));
+    let changes = compared["changes"].as_array().unwrap();
+    assert_eq!(changes.len(), 1, "{compared}");
+    assert_eq!((&changes[0]["id"], &changes[0]["kind"]), (&"bouc_wen_hysteresis".into(), &"came".into()));
+    let yields_at = &changes[0]["parameters"][1]["now"]["ci95"];
+    assert!(yields_at[0].as_f64() < Some(524.0) && Some(524.0) < yields_at[1].as_f64(), "{yields_at}");
+}
+
 /// Two tanks, the first running into the second, at 4 s a sample, pumped by steps: the outflow of the second, and how much the
 /// pump gives.
 fn tanks(seed: u32, outflow: f64, pump: f64) -> String {

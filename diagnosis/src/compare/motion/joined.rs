@@ -166,18 +166,17 @@ fn strongest(groups: &[Group], surprises: &[f64]) -> Option<usize> {
 
 /// The groups that differ; where none does by itself, two that hide each other: more friction and less damping.
 fn choose<S: Side>(joint: &Joint<S>) -> Vec<Chosen> {
-    let family_wise = |surprise: f64, tests: usize| (tests as f64 * (-surprise).exp()).min(1.0);
     let steps = stepwise(
         |changed| joint.surprises(changed),
         |surprises| strongest(&joint.groups, surprises),
-        |_, surprise| family_wise(surprise, joint.looked_at()),
+        |_, surprise| joint.family_wise(surprise),
     );
     let chosen = |group, p_value, alternatives| Chosen { group, p_value, alternatives, held_out: None };
     if !steps.is_empty() {
         return steps.into_iter().map(|step| chosen(step.number, step.p_value, step.alternatives)).collect();
     }
     let Some(([a, b], surprise, pairs)) = joint.pair() else { return Vec::new() };
-    let p_value = family_wise(surprise, pairs);
+    let p_value = (pairs as f64 * (-surprise).exp()).min(1.0);
     let both = [a, b].map(|group| chosen(group, p_value, Vec::new()));
     both.into_iter().filter(|_| p_value <= FALSE_ALARMS).collect()
 }

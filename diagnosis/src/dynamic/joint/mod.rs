@@ -23,7 +23,7 @@ use super::data::{ALL, Data, Folds, SCORE};
 use super::interval::{Sort, around};
 use super::model::Term;
 use crate::calibrate::log_tail;
-use crate::thresholds::compare::PRESENT;
+use crate::thresholds::compare::{FALSE_ALARMS, PRESENT};
 use crate::verdict::{Location, Parameter};
 
 /// What may differ: a parameter of the plant, or an effect.
@@ -315,6 +315,12 @@ impl<S: Side> Joint<S> {
         if !differing.is_empty() {
             starts.extend([start(0, true), start(1, true)]);
         }
+        // Where one more differs no less is explained.
+        if let Some((_, others)) = changed.split_last() {
+            let mut point = self.solve(others).point.clone();
+            point.lengths.resize(differing.len(), 0.0);
+            starts.push(point);
+        }
         let first = estimated(&starts, &differing, of_own);
         starts.extend(first.iter().map(|(point, _)| point.clone()));
         let exact = |recording: usize, packed: &[f64]| self.sides[recording].evaluate(packed);
@@ -340,20 +346,31 @@ impl<S: Side> Joint<S> {
         Solved { point, covariance, differing, left: solved.left, about }
     }
 
-    /// −ln of the p-value that each group differs, beside others that do.
+    /// −ln of the p-value that each group differs, beside others that do. To first order an effect of which one recording shows
+    /// nothing explains too little, as its shape is then a compromise: what is beyond chance is estimated.
     pub fn surprises(&self, changed: &[usize]) -> Vec<f64> {
         let solved = self.solve(changed);
         let without = promised(&solved.about, &solved.differing);
-        let of = |k: usize, group: &Group| {
+        let estimated = |k: usize| solved.left - self.solve(&[changed, &[k]].concat()).left;
+        let of = |k: usize| {
+            let group = &self.groups[k];
+            let surprise = |explained: f64| self.surprise(explained.max(0.0), group.directions.len());
+            if changed.contains(&k) {
+                return 0.0;
+            }
+            if !self.has_slope(k) {
+                return surprise(estimated(k));
+            }
             let directions = [&solved.differing[..], &group.directions].concat();
-            let explained = match self.has_slope(k) {
-                true => promised(&solved.about, &directions) - without,
-                false => solved.left - self.solve(&[changed, &[k]].concat()).left,
-            };
-            self.surprise(explained.max(0.0), group.directions.len())
+            let first_order = surprise(promised(&solved.about, &directions) - without);
+            if self.family_wise(first_order) > FALSE_ALARMS { first_order } else { surprise(estimated(k)) }
         };
-        let all = self.groups.iter().enumerate();
-        all.map(|(k, group)| if changed.contains(&k) { 0.0 } else { of(k, group) }).collect()
+        parallel::indices(0..self.groups.len(), of)
+    }
+
+    /// The p-value of a group with a surprise, over all that were looked at.
+    pub fn family_wise(&self, surprise: f64) -> f64 {
+        (self.looked_at() as f64 * (-surprise).exp()).min(1.0)
     }
 
     /// Whether costs fall at once where a group begins to differ. A limit that is beyond the drive changes nothing at first.
