@@ -41,9 +41,9 @@ impl<'a, T: Number> DrivePath<'a, T> {
         let delay = parameter(Part::Delay).reduce(|a, b| a + b);
         let mut path = DrivePath { signal: course.signal, delay, amplifier, lag: None, memory: None };
         path.lag = parameter(Part::DriveLag).next().map(|tau| {
-            let pieces =
+            let mut pieces =
                 path.signal.pieces(first, 0.0, 1.0, delay).flat_map(|piece| amplifier.parts(piece, |x| x));
-            let begins = pieces.into_iter().find(|(_, part)| part.value() >= LEAST_PART);
+            let begins = pieces.find(|(_, part)| part.value() >= LEAST_PART);
             let [input, rise] =
                 begins.map_or([T::from_f64(0.0); 2], |([input, rise, ..], part)| [input, rise / part]);
             Lag::behind(input, rise * (1.0 / course.step_s), tau, course.step_s)
@@ -81,7 +81,7 @@ impl<'a, T: Number> DrivePath<'a, T> {
         }
     }
 
-    /// The same where at most an offset changes the drive, so that plain numbers do.
+    /// What reaches the mechanism where at most an offset changes the drive: numbers without derivatives do.
     fn open(&self, k: isize, s: f64, part: f64) -> Option<Span<T>> {
         if self.delay.is_some() || self.lag.is_some() || self.memory.is_some() {
             return None;

@@ -7,13 +7,16 @@ use physics::number::Number;
 pub struct Lag<T> {
     /// Its output.
     pub state: T,
+    /// Time constant, s.
     tau: T,
-    over: Over<T>,
+    /// The last one that was needed.
+    response: Response<T>,
 }
 
-/// What the lag does over a time along any input. Most times are those of a whole step, so that the last one is kept.
+/// What the lag does in a time along any input. Most times are those of a whole step, so that the last response is kept.
 #[derive(Clone, Copy)]
-struct Over<T> {
+struct Response<T> {
+    /// s.
     time: T,
     /// τ over the time: ρ.
     ratio: T,
@@ -31,8 +34,8 @@ struct Course<T> {
     transient: T,
 }
 
-impl<T: Number> Over<T> {
-    fn new(time: T, tau: T) -> Over<T> {
+impl<T: Number> Response<T> {
+    fn new(time: T, tau: T) -> Response<T> {
         // Far below the step it is a shift by τ; this keeps the exponent finite.
         let least = 1e-9 * time.value();
         let tau = if tau.value() > least { tau } else { tau.chain(least, 1.0) };
@@ -42,11 +45,11 @@ impl<T: Number> Over<T> {
         let e0 = ratio * (one - decay);
         let e1 = ratio * (e0 - decay);
         let e2 = ratio * (e1 * 2.0 - decay);
-        Over { time, ratio, decay, moments: [e0, e1, e2] }
+        Response { time, ratio, decay, moments: [e0, e1, e2] }
     }
 
-    /// Whether it is over this time.
-    fn is_over(&self, time: &T) -> bool {
+    /// Whether it is that in this time. Times with derivatives differ nearly always, and are not compared.
+    fn is_in(&self, time: &T) -> bool {
         self.time.value() == time.value() && !self.time.moves() && !time.moves()
     }
 
@@ -61,9 +64,9 @@ impl<T: Number> Over<T> {
 }
 
 impl<T: Number> Lag<T> {
-    /// With its output, over steps that take `step_s`.
+    /// With its output and its time constant in s, for steps of mostly `step_s`.
     pub fn new(state: T, tau: T, step_s: f64) -> Lag<T> {
-        Lag { state, tau, over: Over::new(T::from_f64(step_s), tau) }
+        Lag { state, tau, response: Response::new(T::from_f64(step_s), tau) }
     }
 
     /// In the wake of an input that has been running straight.
@@ -71,43 +74,43 @@ impl<T: Number> Lag<T> {
         Lag::new(input - rate * tau, tau, step_s)
     }
 
-    fn over(&mut self, time: T) -> &Over<T> {
-        if !self.over.is_over(&time) {
-            self.over = Over::new(time, self.tau);
+    fn response(&mut self, time: T) -> &Response<T> {
+        if !self.response.is_in(&time) {
+            self.response = Response::new(time, self.tau);
         }
-        &self.over
+        &self.response
     }
 
-    /// Towards a constant input, over a time that has no length but derivatives.
+    /// Towards a constant input, in a time in s that has no length but derivatives.
     pub fn begin(&mut self, input: T, time: T) {
         self.state += (input - self.state) * (time / self.tau);
     }
 
-    /// On along a cubic that takes `time`; the output there.
+    /// On along a cubic that takes `time`, in s; the output there.
     pub fn advance(&mut self, input: [T; 4], time: T) -> T {
         let state = self.state;
-        let over = self.over(time);
-        let Course { steady: [q0, q1, q2, q3], transient } = over.course(state, input);
-        self.state = q0 + q1 + q2 + q3 + transient * over.decay;
+        let response = self.response(time);
+        let Course { steady: [q0, q1, q2, q3], transient } = response.course(state, input);
+        self.state = q0 + q1 + q2 + q3 + transient * response.decay;
         self.state
     }
 
     /// The same, and the moments ∫ w dr, ∫ r w dr and ∫ r² w dr of the output on the way.
     pub fn pass(&mut self, input: [T; 4], time: T) -> [T; 3] {
         let state = self.state;
-        let over = self.over(time);
-        let Course { steady, transient } = over.course(state, input);
-        let ([q0, q1, q2, q3], [m0, m1, m2], [e0, e1, e2]) = (steady, moments(steady), over.moments);
-        self.state = q0 + q1 + q2 + q3 + transient * over.decay;
+        let response = self.response(time);
+        let Course { steady, transient } = response.course(state, input);
+        let ([q0, q1, q2, q3], [m0, m1, m2], [e0, e1, e2]) = (steady, moments(steady), response.moments);
+        self.state = q0 + q1 + q2 + q3 + transient * response.decay;
         [m0 + transient * e0, m1 + transient * e1, m2 + transient * e2]
     }
 
     /// The output half-way along a cubic.
     pub fn half_way(&mut self, input: [T; 4], time: T) -> T {
         let state = self.state;
-        let over = self.over(time);
-        let Course { steady: [q0, q1, q2, q3], transient } = over.course(state, input);
-        let half = (-(T::from_f64(0.5) / over.ratio)).exp();
+        let response = self.response(time);
+        let Course { steady: [q0, q1, q2, q3], transient } = response.course(state, input);
+        let half = (-(T::from_f64(0.5) / response.ratio)).exp();
         q0 + q1 * 0.5 + q2 * 0.25 + q3 * 0.125 + transient * half
     }
 }

@@ -175,8 +175,7 @@ fn choose<S: Side>(joint: &Joint<S>) -> Vec<Chosen> {
     if !steps.is_empty() {
         return steps.into_iter().map(|step| chosen(step.number, step.p_value, step.alternatives)).collect();
     }
-    let Some(([a, b], surprise, pairs)) = joint.pair() else { return Vec::new() };
-    let p_value = (pairs as f64 * (-surprise).exp()).min(1.0);
+    let Some(([a, b], p_value)) = joint.pair() else { return Vec::new() };
     let both = [a, b].map(|group| chosen(group, p_value, Vec::new()));
     both.into_iter().filter(|_| p_value <= FALSE_ALARMS).collect()
 }

@@ -238,6 +238,11 @@ fn stretches(data: &Data, kind: usize) -> Vec<Range<usize>> {
     stretches
 }
 
+/// The p-value of the most surprising of so many tests (Bonferroni).
+fn family_wise(surprise: f64, tests: usize) -> f64 {
+    (tests as f64 * (-surprise).exp()).min(1.0)
+}
+
 impl<S: Side> Joint<S> {
     /// Of two recordings that were fitted by the same model.
     pub fn new(then: S, now: S) -> Joint<S> {
@@ -315,7 +320,7 @@ impl<S: Side> Joint<S> {
         if !differing.is_empty() {
             starts.extend([start(0, true), start(1, true)]);
         }
-        // Where one more differs no less is explained.
+        // From there no less is explained than without the last one.
         if let Some((_, others)) = changed.split_last() {
             let mut point = self.solve(others).point.clone();
             point.lengths.resize(differing.len(), 0.0);
@@ -346,31 +351,32 @@ impl<S: Side> Joint<S> {
         Solved { point, covariance, differing, left: solved.left, about }
     }
 
-    /// −ln of the p-value that each group differs, beside others that do. To first order an effect of which one recording shows
-    /// nothing explains too little, as its shape is then a compromise: what is beyond chance is estimated.
+    /// −ln of the p-value that each group differs, beside others that do. To first order where that is within chance, else by
+    /// the estimated parameters: an effect that one recording alone has explains more than it promises, as its shape in a
+    /// model of both is a compromise.
     pub fn surprises(&self, changed: &[usize]) -> Vec<f64> {
         let solved = self.solve(changed);
         let without = promised(&solved.about, &solved.differing);
-        let estimated = |k: usize| solved.left - self.solve(&[changed, &[k]].concat()).left;
+        let explained = |k: usize| solved.left - self.solve(&[changed, &[k]].concat()).left;
         let of = |k: usize| {
             let group = &self.groups[k];
-            let surprise = |explained: f64| self.surprise(explained.max(0.0), group.directions.len());
+            let surprise = |squares: f64| self.surprise(squares.max(0.0), group.directions.len());
             if changed.contains(&k) {
                 return 0.0;
             }
             if !self.has_slope(k) {
-                return surprise(estimated(k));
+                return surprise(explained(k));
             }
             let directions = [&solved.differing[..], &group.directions].concat();
             let first_order = surprise(promised(&solved.about, &directions) - without);
-            if self.family_wise(first_order) > FALSE_ALARMS { first_order } else { surprise(estimated(k)) }
+            if self.family_wise(first_order) > FALSE_ALARMS { first_order } else { surprise(explained(k)) }
         };
         parallel::indices(0..self.groups.len(), of)
     }
 
-    /// The p-value of a group with a surprise, over all that were looked at.
+    /// The family-wise p-value of a group with this −ln p, over all that were looked at.
     pub fn family_wise(&self, surprise: f64) -> f64 {
-        (self.looked_at() as f64 * (-surprise).exp()).min(1.0)
+        family_wise(surprise, self.looked_at())
     }
 
     /// Whether costs fall at once where a group begins to differ. A limit that is beyond the drive changes nothing at first.
@@ -379,9 +385,9 @@ impl<S: Side> Joint<S> {
         !matches!(of, Of::Term(_)) || !self.sides[0].amounts(of).is_empty()
     }
 
-    /// The two groups that differ most surprisingly together, −ln of the p-value, and how many pairs there are, also with
-    /// what was sought.
-    pub fn pair(&self) -> Option<([usize; 2], f64, usize)> {
+    /// The two groups that differ most surprisingly together, and their family-wise p-value over all pairs, also with what was
+    /// sought.
+    pub fn pair(&self) -> Option<([usize; 2], f64)> {
         let solved = self.solve(&[]);
         let without = promised(&solved.about, &[]);
         let count = self.groups.len();
@@ -393,7 +399,7 @@ impl<S: Side> Joint<S> {
         };
         let best = pairs.map(of).max_by(|a, b| a.1.total_cmp(&b.1));
         let looked_at = self.looked_at();
-        best.map(|(pair, surprise)| (pair, surprise, looked_at * (looked_at - 1) / 2))
+        best.map(|(pair, surprise)| (pair, family_wise(surprise, looked_at * (looked_at - 1) / 2)))
     }
 
     /// −ln of the p-value that so many parameters explain so much by chance, in units of the noise.
