@@ -323,7 +323,7 @@ fn in_equations_a_parameter_that_moved_is_named_and_other_steps_are_no_change() 
     for (outflow, pump, ratio) in [(0.0505, 0.035, 1.01), (0.05, 0.0345, 0.035 / 0.0345)] {
         let (ids, moved) = changes(folder, TANKS, &then, &tanks(3, outflow, pump));
         let change = &moved["changes"][0];
-        let mut either = vec![ids[0].as_str(), change["alternatives"][0].as_str().unwrap()];
+        let mut either = [ids[0].as_str(), change["alternatives"][0].as_str().unwrap()];
         either.sort_unstable();
         assert_eq!((ids.len(), &either[..]), (1, &["outflow", "pump"][..]), "{moved}");
         let of = |side: &str| change["parameters"][0][side]["value"].as_f64().unwrap();
