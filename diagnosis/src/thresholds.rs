@@ -291,6 +291,8 @@ pub mod dynamic {
         pub const MOST_LEAD: usize = 4096;
         /// Least rows of a window.
         pub const LEAST_WINDOW: usize = 400;
+        /// Periods of the slowest swing that a run shows. By judgement.
+        pub const PERIODS: f64 = 8.0;
         /// Blocks of a window: as many kinds of rows in each as can be.
         pub const BLOCKS_OF_WINDOW: usize = 8;
     }
@@ -338,6 +340,14 @@ pub mod dynamic {
         pub mod bouc_wen_hysteresis {
             /// β and n where `plant.toml` does not give them, and as the search has them.
             pub const USUAL: [f64; 2] = [0.5, 1.0];
+        }
+
+        /// See [`crate::dynamic::effects::flexible_mode`].
+        pub mod flexible_mode {
+            /// Frequencies from which a search starts, per factor e: so close that one twice as wide explains, to first order, a
+            /// quarter of a resonance of 1 % damping between two of them. Of five modes that came between two recordings all are
+            /// named; with half as many, from half the rate of the motion on, two.
+            pub const STARTS_PER_E_FOLD: f64 = 12.0;
         }
     }
 

@@ -15,7 +15,9 @@ use super::recording::DynamicRecording;
 use super::signal::Signal;
 use super::simulate::Course;
 use super::turns::Turns;
-use crate::thresholds::dynamic::data::{BLOCKS, BLOCKS_OF_WINDOW, BOUND, LEAST_WINDOW, MOST_LEAD, WINDOWS};
+use crate::thresholds::dynamic::data::{
+    BLOCKS, BLOCKS_OF_WINDOW, BOUND, LEAST_WINDOW, MOST_LEAD, PERIODS, WINDOWS,
+};
 
 /// Number of kinds of rows.
 pub const FOLDS: usize = 3;
@@ -198,6 +200,7 @@ impl<'a> Data<'a> {
                 data.lanes.push(self.lanes[k].part(run.start, start..start + length));
             }
         }
+        data.scale.slowest_hz = slowest_hz(&data.runs, data.step_s);
         data
     }
 
@@ -241,6 +244,12 @@ impl<'a> Data<'a> {
     }
 }
 
+/// Lowest frequency of which several periods are in the longest run.
+fn slowest_hz(runs: &[Range<usize>], step_s: f64) -> f64 {
+    let longest = runs.iter().map(|run| run.len()).max().unwrap_or(1);
+    PERIODS / (longest.max(1) as f64 * step_s)
+}
+
 fn scale(drive: &[f64], position: &[f64], step_s: f64, runs: &[Range<usize>]) -> Scale {
     let middle = mean(position);
     let stroke = position.iter().fold(0.0_f64, |m, p| m.max((p - middle).abs()));
@@ -259,5 +268,6 @@ fn scale(drive: &[f64], position: &[f64], step_s: f64, runs: &[Range<usize>]) ->
     let speed = (square / count).sqrt() / step_s;
     let rms = (bend / count).sqrt().max(f64::MIN_POSITIVE);
     let largest = drive.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-    Scale { middle, stroke, speed, drive: largest, step_s, rate: (speed / rms).max(f64::MIN_POSITIVE) }
+    let rate = (speed / rms).max(f64::MIN_POSITIVE);
+    Scale { middle, stroke, speed, drive: largest, step_s, rate, slowest_hz: slowest_hz(runs, step_s) }
 }

@@ -3,7 +3,7 @@
 
 use numerics::rms;
 
-use crate::dynamic::joint::{Group, Joint, Of, Side, Solved};
+use crate::dynamic::joint::{Both, Group, Joint, Of, Side, Solved};
 use crate::held_out::gain;
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS};
@@ -74,9 +74,11 @@ impl Pair<'_> {
         let others = alternatives.iter().map(|other| &joint.groups[*other].id).filter(|other| *other != id);
         let mut alternatives: Vec<String> = others.map(|other| self.names.for_both(other)).collect();
         alternatives.dedup();
-        // What has no amount says nothing where it is not there.
-        let shown = |mut one: Quantity| {
-            if !joint.has_slope(group) && kind != Kind::Moved {
+        let shown = |moved: &Both| {
+            let mut one = quantity(&moved.then, &moved.now, moved.error);
+            // A shape that both have in common.
+            one.difference = one.difference.filter(|_| moved.error > 0.0);
+            if !moved.grows && kind != Kind::Moved {
                 let absent = if kind == Kind::Came { &mut one.then } else { &mut one.now };
                 (*absent, one.difference) = (None, None);
             }
@@ -93,9 +95,7 @@ impl Pair<'_> {
                 // Of what was not there nothing is so many times as large.
                 Some(_) if kind == Kind::Came => Vec::new(),
                 Some((ratio, error)) => vec![Quantity::ratio(id, ratio, interval(ratio, error))],
-                None => (joint.parameters(solved, group).iter())
-                    .map(|moved| shown(quantity(&moved.then, &moved.now, moved.error)))
-                    .collect(),
+                None => joint.parameters(solved, group).iter().map(shown).collect(),
             },
             alternatives,
             held_out,

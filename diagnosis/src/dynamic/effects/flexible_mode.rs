@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::{DynamicEffect, FASTER, Law, amount, shape};
+use crate::thresholds::dynamic::effects::flexible_mode::STARTS_PER_E_FOLD;
 
 /// Source: Den Hartog, Mechanical Vibrations (1956), section 3.2.
 pub static FLEXIBLE_MODE: DynamicEffect = DynamicEffect {
@@ -20,10 +21,10 @@ pub static FLEXIBLE_MODE: DynamicEffect = DynamicEffect {
     states: 2,
     experiment: FASTER,
     starts: |scale| {
-        // From half the mechanism's own rate to where the recording can still show it.
-        let (low, high) = (0.5 * scale.rate / TAU, 0.4 / scale.step_s);
+        // A mechanism may be driven far below or above its own resonance.
+        let (low, high) = (scale.slowest_hz, 0.4 / scale.step_s);
         let ratio = (high / low).max(1.0);
-        let count = (6.0 * ratio.ln()).ceil().max(1.0) as usize;
+        let count = (STARTS_PER_E_FOLD * ratio.ln()).ceil().max(1.0) as usize;
         (0..=count).map(|k| vec![low * ratio.powf(k as f64 / count as f64), 0.0, 0.02]).collect()
     },
     rest: |position| [position, 0.0],

@@ -98,6 +98,8 @@ pub struct Scale {
     pub step_s: f64,
     /// Angular frequency at which the position moves most, rad/s.
     pub rate: f64,
+    /// Lowest frequency of which several periods are in one run, Hz.
+    pub slowest_hz: f64,
 }
 
 /// A physical effect beyond the nominal plant.
@@ -363,8 +365,15 @@ mod tests {
 
     #[test]
     fn starts_have_all_parameters_and_readings_read_back() {
-        let scale =
-            Scale { middle: 300.0, stroke: 5000.0, speed: 2e5, drive: 0.3, step_s: 5e-4, rate: 200.0 };
+        let scale = Scale {
+            middle: 300.0,
+            stroke: 5000.0,
+            speed: 2e5,
+            drive: 0.3,
+            step_s: 5e-4,
+            rate: 200.0,
+            slowest_hz: 1.0,
+        };
         for e in under_feedback() {
             for start in [(e.starts)(&scale), (e.starts_along)(&scale)].concat() {
                 assert_eq!(start.len(), e.parameters.len(), "{}", e.id);

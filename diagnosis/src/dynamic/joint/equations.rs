@@ -6,7 +6,7 @@ use fitter::plant::PlantFile;
 use motion::equations::Plant;
 
 use super::free_run::InCommon;
-use super::{Gradient, Group, Of};
+use super::{Group, Of, Reported};
 use crate::dynamic::accurate::estimated;
 use crate::dynamic::data::{ALL, Data};
 use crate::dynamic::equations::model::{Model, Term, is_logarithmic};
@@ -99,14 +99,14 @@ impl InCommon for Model {
             let id = &self.plant.parameters[k].name;
             Group::of_lanes(id, &format!("the {id} of the plant"), [lane], Of::Plant(k))
         });
-        let effects = self.terms.iter().enumerate().map(|(k, term)| {
-            let lanes = self.packed_of(k).into_iter().flatten();
-            Group::of_lanes(&term.effect.text.id, &term.effect.title(), lanes, Of::Term(k))
+        let effects = self.terms.iter().enumerate().flat_map(|(k, term)| {
+            let (free, of) = (self.packed_of(k).into_iter().flatten().collect(), Of::Term(k));
+            Group::of_effect(&term.effect.text.id, &term.effect.title(), free, self.amounts(of), of)
         });
         plant.chain(effects).collect()
     }
 
-    fn readings(&self, of: Of, _: &fitter::plant::Plant) -> Vec<(Parameter, Gradient, Sort)> {
+    fn readings(&self, of: Of, _: &fitter::plant::Plant) -> Vec<Reported> {
         let one = |parameter: &physics::Parameter, value: f64, lane: Option<usize>| {
             let slope = if is_logarithmic(parameter) { value } else { 1.0 };
             let unit = parameter.unit.to_string();

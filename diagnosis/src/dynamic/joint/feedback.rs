@@ -12,7 +12,7 @@ use numerics::parallel;
 use super::coefficients::{self, Linearised, coefficients, is_shape, of_one, owners, polished};
 use super::expansion::{Evaluation, Expansion};
 use super::second_order::readings;
-use super::{Gradient, Group, INERTIA, INERTIA_TITLE, Joint, Of, Side};
+use super::{Gradient, Group, INERTIA, INERTIA_TITLE, Joint, Of, Reported, Side};
 use crate::dynamic::candidates::Candidates;
 use crate::dynamic::data::{Data, Folds};
 use crate::dynamic::effects::{DynamicEffect, Part, Reading, under_feedback};
@@ -284,7 +284,7 @@ impl Side for UnderFeedback<'_> {
         &self.data
     }
 
-    fn readings(&self, of: Of, packed: &[f64]) -> Vec<(Parameter, Gradient, Sort)> {
+    fn readings(&self, of: Of, packed: &[f64]) -> Vec<Reported> {
         let model = self.with(packed);
         let gain = model.nominal[2];
         match of {

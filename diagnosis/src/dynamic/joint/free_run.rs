@@ -3,15 +3,14 @@
 use fitter::plant::Plant;
 
 use super::expansion::{Evaluation, Expansion};
-use super::{Gradient, Group, Joint, Of, Side};
+use super::{Group, Joint, Of, Reported, Side};
 use crate::dynamic::accurate::{Refined, estimated_or_coarse};
 use crate::dynamic::data::{ALL, CHOOSE, Data, Folds, SCORE};
 use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::gram::Grams;
-use crate::dynamic::interval::Sort;
 use crate::dynamic::noise::autoregression;
 use crate::dynamic::recording::DynamicRecording;
-use crate::verdict::{Location, Parameter};
+use crate::verdict::Location;
 
 /// A model that two recordings may have in common.
 pub trait InCommon: Refined {
@@ -29,7 +28,7 @@ pub trait InCommon: Refined {
     fn groups(&self) -> Vec<Group>;
 
     /// As [`Side::readings`].
-    fn readings(&self, of: Of, plant: &Plant) -> Vec<(Parameter, Gradient, Sort)>;
+    fn readings(&self, of: Of, plant: &Plant) -> Vec<Reported>;
 
     /// As [`Side::amounts`].
     fn amounts(&self, of: Of) -> Vec<usize>;
@@ -188,7 +187,7 @@ impl<M: InCommon> Side for FreeRun<'_, M> {
         &self.data
     }
 
-    fn readings(&self, of: Of, packed: &[f64]) -> Vec<(Parameter, Gradient, Sort)> {
+    fn readings(&self, of: Of, packed: &[f64]) -> Vec<Reported> {
         self.fitted.model.unpacked(packed).readings(of, self.plant)
     }
 

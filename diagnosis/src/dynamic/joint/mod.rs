@@ -59,6 +59,13 @@ impl Group {
         terms.iter().enumerate().filter_map(of).collect()
     }
 
+    /// Of an effect: all that is free of it differs, or its amounts alone, as where it came with a shape.
+    fn of_effect(id: &str, title: &str, free: Vec<usize>, amounts: Vec<usize>, of: Of) -> Vec<Group> {
+        let both = !amounts.is_empty() && amounts.len() < free.len();
+        let alone = both.then(|| Group::of_lanes(id, title, amounts, of));
+        std::iter::once(Group::of_lanes(id, title, free, of)).chain(alone).collect()
+    }
+
     /// Of terms of which several amounts differ by one factor: an effect that became stronger. `amounts` are the packed
     /// parameters of a term's amounts.
     fn of_strengths(terms: &[Term], packed: &[f64], amounts: impl Fn(usize) -> Vec<usize>) -> Vec<Group> {
@@ -107,6 +114,9 @@ pub enum Of {
 
 /// By which packed parameters a reading changes, and how fast.
 pub type Gradient = Vec<(usize, f64)>;
+
+/// A reported parameter, as yet without its interval.
+pub type Reported = (Parameter, Gradient, Sort);
 
 /// One of the recordings, fitted by a model with the effects of both.
 pub trait Side: Sized + Send + Sync {
@@ -159,7 +169,7 @@ pub trait Side: Sized + Send + Sync {
     }
 
     /// The reported parameters of a group at packed parameters, as yet without intervals.
-    fn readings(&self, of: Of, packed: &[f64]) -> Vec<(Parameter, Gradient, Sort)>;
+    fn readings(&self, of: Of, packed: &[f64]) -> Vec<Reported>;
 
     /// The packed parameters that multiply a term; none of the plant.
     fn amounts(&self, of: Of) -> Vec<usize>;
@@ -222,6 +232,8 @@ pub struct Both {
     pub now: Parameter,
     /// Standard error of the difference.
     pub error: f64,
+    /// Whether it grows with the effect's amounts. A shape or a phase does not, and says nothing where the effect is not there.
+    pub grows: bool,
 }
 
 /// The stretches of rows of a kind.
@@ -455,8 +467,18 @@ impl<S: Side> Joint<S> {
     pub fn parameters(&self, solved: &Solved, group: usize) -> Vec<Both> {
         let of = self.groups[group].of;
         let [then, now] = [0, 1].map(|r| self.sides[r].readings(of, &solved.point.packed[r]));
+        let amounts = self.sides[0].amounts(of);
+        let grows = |value: f64, by: &Gradient, recording: usize| {
+            let of_amounts = by.iter().filter(|(lane, _)| amounts.contains(lane));
+            let growth: f64 = of_amounts.map(|(k, slope)| slope * solved.point.packed[recording][*k]).sum();
+            growth.abs() > f64::EPSILON.sqrt() * value.abs()
+        };
         let pairs = then.into_iter().zip(now);
-        pairs.map(|((a, x, sort), (b, y, _))| solved.both([a, b], [&x, &y], sort)).collect()
+        let both = |((a, x, sort), (b, y, _)): (Reported, Reported)| {
+            let grows = grows(a.value, &x, 0) || grows(b.value, &y, 1);
+            Both { grows, ..solved.both([a, b], [&x, &y], sort) }
+        };
+        pairs.map(both).collect()
     }
 
     /// What multiplies a group in the later recording, with its standard error; none of a group with parameters of its own.
@@ -535,7 +557,7 @@ impl Solved {
             Parameter { ci95: around(parameter.value, deviation, sort), ..parameter }
         };
         let square = covariance(0, 0) + covariance(1, 1) - 2.0 * covariance(0, 1);
-        Both { then: estimated(then, 0), now: estimated(now, 1), error: square.max(0.0).sqrt() }
+        Both { then: estimated(then, 0), now: estimated(now, 1), error: square.max(0.0).sqrt(), grows: true }
     }
 }
 

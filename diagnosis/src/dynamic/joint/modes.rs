@@ -10,7 +10,7 @@ use fitter::plant::Plant;
 use numerics::{Limits, Normal, Symmetric, dot, parallel, rms};
 
 use super::expansion::{Evaluation, Expansion};
-use super::{Direction, Gradient, Group, Joint, Of, Side};
+use super::{Direction, Group, Joint, Of, Reported, Side};
 use crate::dynamic::data::{Data, Folds};
 use crate::dynamic::interval::Sort;
 use crate::dynamic::linear::diagnose::free_run;
@@ -318,7 +318,7 @@ impl Side for Structure<'_> {
         self.recording.scored(row)
     }
 
-    fn readings(&self, of: Of, packed: &[f64]) -> Vec<(Parameter, Gradient, Sort)> {
+    fn readings(&self, of: Of, packed: &[f64]) -> Vec<Reported> {
         let Of::Structure(k) = of else { return Vec::new() };
         let (name, unit, blocks) = match &self.parts[k].0 {
             Part::Frequency(blocks) => ("frequency_hz", "Hz", blocks),

@@ -3,7 +3,7 @@
 use fitter::plant::Plant;
 
 use super::free_run::InCommon;
-use super::{Gradient, Group, Of};
+use super::{Group, Of, Reported};
 use crate::dynamic::data::Data;
 use crate::dynamic::effects::{Part, Reading, unit_of};
 use crate::dynamic::estimate::Simulated;
@@ -59,9 +59,9 @@ impl InCommon for Model {
     fn groups(&self) -> Vec<Group> {
         let plant = (0..3).filter(|k| self.nominal_free[*k]).enumerate();
         let plant = plant.map(|(lane, k)| Group::of_lanes(PLANT[k][0], PLANT[k][1], [lane], Of::Plant(k)));
-        let effects = self.terms.iter().enumerate().map(|(k, term)| {
-            let lanes = self.packed_of(k).into_iter().flatten();
-            Group::of_lanes(term.effect.id, term.effect.title, lanes, Of::Term(k))
+        let effects = self.terms.iter().enumerate().flat_map(|(k, term)| {
+            let (free, of) = (self.packed_of(k).into_iter().flatten().collect(), Of::Term(k));
+            Group::of_effect(term.effect.id, term.effect.title, free, self.amounts(of), of)
         });
         let nominal = 0..self.nominal_free.iter().filter(|free| **free).count();
         let forces = self.terms.iter().enumerate().flat_map(|(k, term)| {
@@ -74,7 +74,7 @@ impl InCommon for Model {
         plant.chain(effects).chain(strengths).chain(special_cases).chain(inertia).collect()
     }
 
-    fn readings(&self, of: Of, plant: &Plant) -> Vec<(Parameter, Gradient, Sort)> {
+    fn readings(&self, of: Of, plant: &Plant) -> Vec<Reported> {
         match of {
             Of::Plant(k) => {
                 let lane = self.nominal_free[..k].iter().filter(|free| **free).count();
@@ -115,7 +115,7 @@ pub fn readings(
     lanes: &[Option<usize>],
     slopes: impl Fn(&Reading, &Term) -> Vec<f64>,
     plant: &Plant,
-) -> Vec<(Parameter, Gradient, Sort)> {
+) -> Vec<Reported> {
     let one = |reading: &Reading| {
         let parameter = Parameter {
             name: reading.name.into(),
