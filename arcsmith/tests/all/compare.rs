@@ -274,6 +274,12 @@ fn in_motion_a_hysteresis_that_came_is_no_change_of_damping() {
     assert_eq!((&changes[0]["id"], &changes[0]["kind"]), (&"bouc_wen_hysteresis".into(), &"came".into()));
     let stiffness = &changes[0]["parameters"][0]["now"]["ci95"];
     assert!(stiffness[0].as_f64() < Some(12.0) && Some(12.0) < stiffness[1].as_f64(), "{stiffness}");
+    // The recording without it says nothing of its yield.
+    let yields = &changes[0]["parameters"][1];
+    assert!(
+        yields["then"].is_null() && yields["difference"].is_null() && !yields["now"].is_null(),
+        "{yields}"
+    );
 }
 
 /// Two tanks, the first running into the second, at 4 s a sample, pumped by steps: the outflow of the second, and how much the

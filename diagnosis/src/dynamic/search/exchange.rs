@@ -153,6 +153,19 @@ mod tests {
     }
 
     #[test]
+    fn a_resonance_far_below_that_of_the_mechanism_is_found() {
+        let plain = Model::nominal(NOMINAL, Hold::ZeroOrder);
+        let recording = recorded(&plain.with(term("flexible_mode", &[6.0, 0.01, 0.01])));
+        let data = Data::new(&recording);
+        let search = Search::new(&data, &[], 0);
+        let found = search.run(&search.fit(&plain, &data.first_states()).unwrap());
+        assert_eq!(ids(&found), ["flexible_mode"]);
+        let frequency = found.model.terms[0].parameters[0];
+        assert!((frequency - 6.0).abs() < 0.01, "{frequency}");
+        assert!(found.rms(ALL) < 1.05 * NOISE, "{}", found.rms(ALL));
+    }
+
+    #[test]
     fn a_held_drive_makes_a_delay_beside_a_lag_needless() {
         let plain = |hold| Model::nominal(NOMINAL, hold);
         let recording = recorded(&plain(Hold::ZeroOrder).with(term("drive_lag", &[4e-4])));
