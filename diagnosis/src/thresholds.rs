@@ -93,7 +93,8 @@ pub mod compare {
     /// Effects of each recording in motion that are tried as what came or went. By judgement.
     pub const CANDIDATES_IN_MOTION: usize = 4;
     /// What the start of such an effect must promise, in −2 log likelihood. By judgement: a light resonance lies between two starts
-    /// and promises next to nothing. Of three weak flexible modes that were taken for inertia two are named with it, none without.
+    /// and promises next to nothing. Of three weak flexible modes that were taken for inertia two are named with it, none without;
+    /// starts were half as dense then.
     pub const LEAST_PROMISE_IN_MOTION: f64 = 0.9;
     /// By how much Akaike's criterion must fall for an effect that came or went in motion where nothing else differs. By
     /// judgement: half of what an effect of ρ 8 explains. With it none of 32 unchanged pairs alarms, and one more of 24 effects
@@ -344,8 +345,8 @@ pub mod dynamic {
 
         /// See [`crate::dynamic::effects::flexible_mode`].
         pub mod flexible_mode {
-            /// Frequencies from which a search starts, per factor e: so close that one twice as wide explains, to first order, a
-            /// quarter of a resonance of 1 % damping between two of them. Of five modes that came between two recordings all are
+            /// Frequencies from which a search starts, per factor e: so close that one of 2 % damping explains, to first order, three
+            /// tenths of a resonance of 1 % half-way between two of them. Of five modes that came between two recordings all are
             /// named; with half as many, from half the rate of the motion on, two.
             pub const STARTS_PER_E_FOLD: f64 = 12.0;
         }

@@ -392,7 +392,7 @@ impl<S: Side> Joint<S> {
     }
 
     /// Whether costs fall at once where a group begins to differ. A limit that is beyond the drive changes nothing at first.
-    pub fn has_slope(&self, group: usize) -> bool {
+    fn has_slope(&self, group: usize) -> bool {
         let of = self.groups[group].of;
         !matches!(of, Of::Term(_)) || !self.sides[0].amounts(of).is_empty()
     }
@@ -468,17 +468,7 @@ impl<S: Side> Joint<S> {
         let of = self.groups[group].of;
         let [then, now] = [0, 1].map(|r| self.sides[r].readings(of, &solved.point.packed[r]));
         let amounts = self.sides[0].amounts(of);
-        let grows = |value: f64, by: &Gradient, recording: usize| {
-            let of_amounts = by.iter().filter(|(lane, _)| amounts.contains(lane));
-            let growth: f64 = of_amounts.map(|(k, slope)| slope * solved.point.packed[recording][*k]).sum();
-            growth.abs() > f64::EPSILON.sqrt() * value.abs()
-        };
-        let pairs = then.into_iter().zip(now);
-        let both = |((a, x, sort), (b, y, _)): (Reported, Reported)| {
-            let grows = grows(a.value, &x, 0) || grows(b.value, &y, 1);
-            Both { grows, ..solved.both([a, b], [&x, &y], sort) }
-        };
-        pairs.map(both).collect()
+        then.into_iter().zip(now).map(|(then, now)| solved.both(then, now, &amounts)).collect()
     }
 
     /// What multiplies a group in the later recording, with its standard error; none of a group with parameters of its own.
@@ -546,8 +536,17 @@ impl Solved {
         Some((self.point.lengths[k], self.covariance.at(unknown, unknown).max(0.0).sqrt()))
     }
 
-    /// A parameter in both recordings, with what each is by the packed parameters.
-    fn both(&self, [then, now]: [Parameter; 2], gradients: [&[(usize, f64)]; 2], sort: Sort) -> Both {
+    /// A parameter in both recordings; `amounts` are the packed parameters that multiply its effect.
+    fn both(&self, (then, by_then, sort): Reported, (now, by_now, _): Reported, amounts: &[usize]) -> Both {
+        let gradients = [by_then, by_now];
+        let grows = |value: f64, recording: usize| {
+            let by_amounts = gradients[recording].iter().filter(|(lane, _)| amounts.contains(lane));
+            let packed = &self.point.packed[recording];
+            let growth: f64 = by_amounts.map(|(lane, slope)| slope * packed[*lane]).sum();
+            // But for rounding.
+            growth.abs() > f64::EPSILON.sqrt() * value.abs()
+        };
+        let grows = grows(then.value, 0) || grows(now.value, 1);
         let covariance = |a: usize, b: usize| -> f64 {
             let pairs = gradients[a].iter().flat_map(|x| gradients[b].iter().map(move |y| (x, y)));
             pairs.map(|((i, x), (j, y))| x * y * self.covariance([a, b], [*i, *j])).sum()
@@ -557,7 +556,7 @@ impl Solved {
             Parameter { ci95: around(parameter.value, deviation, sort), ..parameter }
         };
         let square = covariance(0, 0) + covariance(1, 1) - 2.0 * covariance(0, 1);
-        Both { then: estimated(then, 0), now: estimated(now, 1), error: square.max(0.0).sqrt(), grows: true }
+        Both { then: estimated(then, 0), now: estimated(now, 1), error: square.max(0.0).sqrt(), grows }
     }
 }
 
