@@ -104,7 +104,8 @@ pub mod compare {
     pub mod joint {
         /// Most steps of its estimate. By judgement: what has not settled by then is taken as it is.
         pub const PATIENCE: usize = 25;
-        /// Promised fall of −2 log likelihood below which it is at its end: nothing beside the differences that are tested.
+        /// Fall of −2 log likelihood, promised or seen, below which it is at its end: nothing beside the differences that are
+        /// tested.
         pub const ENOUGH: f64 = 0.01;
         /// Steps in which a structure's model is fitted to the other recording. By judgement.
         pub const STEPS: usize = 20;

@@ -242,6 +242,21 @@ impl Grams {
         state.iter().chain(step).copied().collect()
     }
 
+    /// By how much every run's initial state moves where the parameters are held, and the decrease of the cost that the
+    /// linearised model promises.
+    pub fn step_of_states(&self, folds: Folds) -> (Vec<Vec<f64>>, f64) {
+        let mut promised = 0.0;
+        let of_run = |run: usize| {
+            let whole = self.of_run(run, folds);
+            let last = whole.size - 1;
+            let mut moves = self.with_state(&whole, &vec![0.0; last - self.states], 0.0);
+            moves.truncate(self.states);
+            promised += moves.iter().enumerate().map(|(i, by)| by * whole.at(i, last)).sum::<f64>();
+            moves
+        };
+        ((0..self.products.len()).map(of_run).collect(), promised)
+    }
+
     /// The step of Levenberg and Marquardt: of the parameters, of every run's initial state, and the
     /// decrease of the cost that the linearised model promises.
     pub fn step(&self, folds: Folds, lambda: f64, scales: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>, f64) {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use motion::equations::Plant;
+use motion::equations::{MotionEffect, Plant};
 use numerics::{Symmetric, parallel};
 
 use super::super::accurate::estimated;
@@ -25,7 +25,7 @@ use crate::thresholds::dynamic::score::STEADY_ROWS;
 use crate::verdict::{CATALOGUED, DECLARED, EMPIRICAL, Said, Verdict};
 
 /// A recording, and what was found in it.
-pub struct Found<'a> {
+struct Found<'a> {
     case: &'a Case<'a>,
     data: &'a Data<'a>,
     search: &'a Search<'a>,
@@ -42,19 +42,17 @@ pub struct Found<'a> {
 /// # Errors
 /// One of [`DiagnosisError`]: the recording or the plant cannot be used at all.
 pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
-    let first = attempt(case, false, |found| judge::standing(&found))?;
-    Ok(forms::described(case, first))
+    match attempt(case, false)? {
+        Some(first) => Ok(forms::described(case, first)),
+        None => unreachable!("no forms are sought"),
+    }
 }
 
-/// One search, with or without forms, and what becomes of what it finds.
+/// One search, with or without forms, and its answer; none where forms are sought and none is found.
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn attempt<T>(
-    case: &Case,
-    with_forms: bool,
-    judged: impl FnOnce(Found) -> Result<T, DiagnosisError>,
-) -> Result<T, DiagnosisError> {
+pub fn attempt(case: &Case, with_forms: bool) -> Result<Option<DynamicOutcome>, DiagnosisError> {
     let (recording, options) = (case.recording, case.options);
     let plant = Plant::of(case.plant_file, case.plant).ok_or_else(|| no_equations(recording, 100.0))??;
     let (as_read, drives) = (recording, recording.drives.len());
@@ -89,10 +87,15 @@ pub fn attempt<T>(
     effects.iter_mut().for_each(|effect| *effect = Arc::new(catalogue::scaled(effect, &data)));
     let search = Search { data: windows, catalogue: effects, given: seen.model.terms.len() };
     let chosen = search.run(&nominal).unwrap_or_else(|| seen.clone());
+    let is_form = |id: &str| kind(&options.own, &catalogued, id) == EMPIRICAL;
+    if with_forms && !chosen.model.terms.iter().any(|term| is_form(&term.effect.text.id)) {
+        return Ok(None);
+    }
     let (before, found) =
         parallel::join(|| all_rows(&data, windows, seen), || all_rows(&data, windows, &chosen));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
-    judged(Found { case, data: &data, search: &search, catalogued, before, chosen, found })
+    let found = Found { case, data: &data, search: &search, catalogued, before, chosen, found };
+    judge::standing(&found).map(Some)
 }
 
 /// That the equations follow a recording with no parameters: the best leave so much of the position's variance.
@@ -134,11 +137,6 @@ impl Problem for Found<'_> {
 }
 
 impl Found<'_> {
-    /// Whether any of the effects is a form without a name.
-    pub fn has_forms(&self) -> bool {
-        self.chosen.model.terms.iter().any(|term| self.kind(&term.effect.text.id) == EMPIRICAL)
-    }
-
     /// Everything that is said of a model: `small` on the windows of the search, `found` on the whole recording.
     fn said(&self, small: &Fitted<Model>, found: &Fitted<Model>) -> DynamicOutcome {
         let (data, search, before) = (self.data, self.search, &self.before);
@@ -192,11 +190,7 @@ impl Found<'_> {
 
     /// Where an effect comes from.
     fn kind(&self, id: &str) -> &'static str {
-        match id {
-            id if self.catalogued.iter().any(|own| own == id) => CATALOGUED,
-            id if self.case.options.own.iter().any(|own| own.text.id == id) => DECLARED,
-            _ => EMPIRICAL,
-        }
+        kind(&self.case.options.own, &self.catalogued, id)
     }
 
     /// What tells an effect from others.
@@ -243,4 +237,13 @@ fn held_out(recording: &DynamicRecording, fitted: &Fitted<Model>) -> Vec<Vec<f64
         model.positions(&states, &data).ok()
     };
     vec![run().unwrap_or_else(still)]
+}
+
+/// Where an effect comes from: the catalogue, the user's `own`, or a form without a name.
+fn kind(own: &[Arc<MotionEffect>], catalogued: &[String], id: &str) -> &'static str {
+    match id {
+        id if catalogued.iter().any(|other| other == id) => CATALOGUED,
+        id if own.iter().any(|own| own.text.id == id) => DECLARED,
+        _ => EMPIRICAL,
+    }
 }

@@ -9,9 +9,8 @@ use motion::equations::Plant;
 use physics::Unit;
 
 use super::super::diagnose::{Case, DynamicOutcome, Identified};
-use super::super::judge;
 use super::super::recording::DynamicRecording;
-use super::diagnose::{Found, attempt};
+use super::diagnose::attempt;
 use super::{catalogue, second_order, verdict};
 use crate::diagnosis::Diagnosis;
 use crate::thresholds::dynamic::forms::{CLEARLY, MOST_COLUMNS};
@@ -37,8 +36,7 @@ fn with_forms(case: &Case, first: &DynamicOutcome) -> Option<DynamicOutcome> {
     let mut outcome = loop {
         let plant = with_columns(&plant, &columns);
         let case = Case { plant: &plant, options: &options, ..*case };
-        let standing = |found: Found| found.has_forms().then(|| judge::standing(&found)).transpose();
-        let outcome = attempt(&case, true, standing).ok()??;
+        let outcome = attempt(&case, true).ok()??;
         let used: Vec<String> = columns.iter().filter(|column| reads(&outcome, column)).cloned().collect();
         if used.len() == columns.len() {
             break outcome;

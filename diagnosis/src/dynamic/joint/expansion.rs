@@ -126,7 +126,12 @@ pub fn estimated<'a>(
         let better = at(&there.packed).filter(|(next, _)| *next < cost);
         match better.and_then(|(next, expand)| Some((next, expand()?))) {
             Some((next, about)) => {
+                let fell = cost - next;
                 (point, cost, known) = (there, next, about);
+                // Where much is left that is no noise, small errors of the sensitivities promise what does not come.
+                if fell < ENOUGH {
+                    break;
+                }
                 lambda *= 0.1;
             }
             None => lambda = f64::max(10.0 * lambda, 1e-2),

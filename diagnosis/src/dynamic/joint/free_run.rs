@@ -1,6 +1,7 @@
 //! A recording of a mechanism that runs free, as one of two: its information is that of the whitened sensitivities.
 
 use fitter::plant::Plant;
+use numerics::Symmetric;
 
 use super::expansion::{Evaluation, Expansion};
 use super::{Group, Joint, Of, Reported, Side};
@@ -10,6 +11,7 @@ use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::gram::Grams;
 use crate::dynamic::noise::autoregression;
 use crate::dynamic::recording::DynamicRecording;
+use crate::thresholds::compare::joint::{ENOUGH, PATIENCE};
 use crate::verdict::Location;
 
 /// A model that two recordings may have in common.
@@ -119,22 +121,46 @@ impl<'a, M: InCommon> FreeRun<'a, M> {
         let coefficients = autoregression(&fitted.residual(&data)?, &data.runs).coefficients;
         let whole = fitted.model.normal(&fitted.states, &data, &coefficients).ok()?;
         let rows = whole.rows(folds).max(1) as f64;
-        let square = whole.cost(folds) / rows;
+        let reduced = whole.reduced(folds, 0.0, &[]);
+        let square = reduced.at(reduced.size - 1, reduced.size - 1) / rows;
         let noise = Noise { coefficients, variance: wider * wider * square };
-        let own = expansion(&whole, folds, noise.variance)?;
+        let own = expansion(&reduced, noise.variance)?;
         let deviance = rows * square.ln() / (wider * wider);
         Some(FreeRun { recording, plant, data, fitted, folds, noise, own, deviance, wider })
     }
+
+    /// The normal equations at some packed parameters, and initial states that have no farther to go to first order.
+    fn normal(&self, packed: &[f64]) -> Option<Grams> {
+        let model = self.fitted.model.unpacked(packed);
+        let at = |states: &[M::Start]| model.normal(states, &self.data, &self.noise.coefficients).ok();
+        let moved = |states: &[M::Start], by: &[Vec<f64>]| -> Vec<M::Start> {
+            states.iter().zip(by).map(|(state, by)| model.moved(state, by)).collect()
+        };
+        let mut states = self.fitted.states.clone();
+        let mut whole = at(&states)?;
+        for _ in 0..PATIENCE {
+            let (by, promised) = whole.step_of_states(self.folds);
+            if promised < ENOUGH * self.noise.variance {
+                break;
+            }
+            let next = moved(&states, &by);
+            match at(&next).filter(|there| there.cost(self.folds) < whole.cost(self.folds)) {
+                Some(there) => (states, whole) = (next, there),
+                None => break,
+            }
+        }
+        Some(whole)
+    }
 }
 
-/// What some rows say of a model about its parameters, beside initial states that follow to first order.
-fn expansion(whole: &Grams, folds: Folds, variance: f64) -> Option<Expansion> {
-    let cost = whole.cost(folds) / variance;
-    let mut reduced = whole.reduced(folds, 0.0, &[]);
-    reduced.entries.iter_mut().for_each(|entry| *entry /= variance);
+/// What normal equations without the initial states say about the parameters, in units of the noise of this variance: the
+/// states follow the parameters, in the cost as in its slope. None where it is not finite.
+fn expansion(reduced: &Symmetric, variance: f64) -> Option<Expansion> {
     let free = reduced.size - 1;
-    let pull = (0..free).map(|k| reduced.at(k, free)).collect();
-    let expansion = Expansion { cost, pull, information: reduced.part(0..free) };
+    let of = |k: usize| reduced.at(k, free) / variance;
+    let mut information = reduced.part(0..free);
+    information.entries.iter_mut().for_each(|entry| *entry /= variance);
+    let expansion = Expansion { cost: of(free), pull: (0..free).map(of).collect(), information };
     expansion.is_finite().then_some(expansion)
 }
 
@@ -148,10 +174,8 @@ impl<M: InCommon> Side for FreeRun<'_, M> {
     }
 
     fn evaluate(&self, packed: &[f64]) -> Option<Evaluation<'_>> {
-        let model = self.fitted.model.unpacked(packed);
-        let states = fit(&model.fixed(), &self.fitted.states, &self.data, self.folds)?.states;
-        let whole = model.normal(&states, &self.data, &self.noise.coefficients).ok()?;
-        expansion(&whole, self.folds, self.noise.variance).map(Evaluation::from)
+        let reduced = self.normal(packed)?.reduced(self.folds, 0.0, &[]);
+        expansion(&reduced, self.noise.variance).map(Evaluation::from)
     }
 
     fn own(&self) -> &Expansion {

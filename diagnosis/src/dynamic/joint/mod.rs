@@ -222,6 +222,8 @@ pub struct Solved {
     left: f64,
     /// What each recording says about there.
     about: [Expansion; 2],
+    /// Whether both could be simulated there; else that is what their own fits say to first order.
+    simulated: bool,
 }
 
 /// A parameter in both recordings.
@@ -328,26 +330,33 @@ impl<S: Side> Joint<S> {
             }
             point
         };
-        let mut starts = vec![start(0, false), start(1, false)];
-        if !differing.is_empty() {
-            starts.extend([start(0, true), start(1, true)]);
-        }
-        // From there no less is explained than without the last one.
-        if let Some((_, others)) = changed.split_last() {
-            let mut point = self.solve(others).point.clone();
+        let fewer = changed.split_last().map(|(_, fewer)| self.solve(fewer));
+        let mut starts = [0, 1].map(|recording| start(recording, !differing.is_empty())).to_vec();
+        // From where the last one does not differ no less is explained than without it.
+        starts.extend(fewer.as_ref().map(|fewer| {
+            let mut point = fewer.point.clone();
             point.lengths.resize(differing.len(), 0.0);
-            starts.push(point);
-        }
+            point
+        }));
         let first = estimated(&starts, &differing, of_own);
         starts.extend(first.iter().map(|(point, _)| point.clone()));
-        let exact = |recording: usize, packed: &[f64]| self.sides[recording].evaluate(packed);
-        let found = estimated(&starts, &differing, exact).or(first);
+        let exact = |recording: usize, packed: &[f64]| {
+            let side = &self.sides[recording];
+            let before = fewer.as_ref().filter(|fewer| fewer.simulated);
+            let before = before.map(|fewer| (&fewer.point.packed[recording], &fewer.about[recording]));
+            let known = std::iter::once((&own[recording], side.own())).chain(before);
+            let there = known.into_iter().find(|(at, _)| *at == packed);
+            there.map(|(_, expansion)| expansion.clone().into()).or_else(|| side.evaluate(packed))
+        };
+        let found = estimated(&starts, &differing, exact);
+        let simulated = found.is_some();
         // The one by the own fits is always there.
-        let (point, about) =
-            found.unwrap_or_else(|| (start(0, false), self.sides.each_ref().map(|s| s.own().clone())));
+        let (point, about) = found
+            .or(first)
+            .unwrap_or_else(|| (start(0, false), self.sides.each_ref().map(|s| s.own().clone())));
         let left = about.iter().zip(&self.sides).map(|(about, side)| about.cost - side.own().cost).sum();
         let covariance = together(&about, &differing).0.factor().inverse();
-        Solved { point, covariance, differing, left, about }
+        Solved { point, covariance, differing, left, about, simulated }
     }
 
     fn directions(&self, groups: &[usize]) -> Vec<Direction> {
@@ -360,7 +369,7 @@ impl<S: Side> Joint<S> {
         let covariance = together(&solved.about, &differing).0.factor().inverse();
         let (mut point, about) = (solved.point.clone(), solved.about.clone());
         point.lengths.resize(differing.len(), 0.0);
-        Solved { point, covariance, differing, left: solved.left, about }
+        Solved { point, covariance, differing, left: solved.left, about, simulated: solved.simulated }
     }
 
     /// −ln of the p-value that each group differs, beside others that do. To first order where that is within chance, else by
