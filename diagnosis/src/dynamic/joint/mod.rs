@@ -312,17 +312,14 @@ impl<S: Side> Joint<S> {
         let differing = self.directions(changed);
         let own = self.sides.each_ref().map(S::packed);
         let of_own = |recording: usize, packed: &[f64]| Some(self.sides[recording].by_own_fit(packed).into());
-        // With every difference of one parameter as the own fits have it, or none.
+        // With every difference of one parameter as the own fits have it.
         let apart = |direction: &Direction| match direction[..] {
             [(lane, part)] => (own[1][lane] - own[0][lane]) / part,
             _ => 0.0,
         };
-        let start = |recording: usize, differ: bool| {
-            let lengths = differing.iter().map(|direction| if differ { apart(direction) } else { 0.0 });
-            let mut point = Point {
-                packed: [own[recording].clone(), own[recording].clone()],
-                lengths: lengths.collect(),
-            };
+        let start = |recording: usize| {
+            let packed = [own[recording].clone(), own[recording].clone()];
+            let mut point = Point { packed, lengths: differing.iter().map(apart).collect() };
             for (direction, length) in differing.iter().zip(&point.lengths) {
                 let sign = [1.0, -1.0][recording];
                 let other = &mut point.packed[1 - recording];
@@ -331,8 +328,8 @@ impl<S: Side> Joint<S> {
             point
         };
         let fewer = changed.split_last().map(|(_, fewer)| self.solve(fewer));
-        let mut starts = [0, 1].map(|recording| start(recording, !differing.is_empty())).to_vec();
-        // From where the last one does not differ no less is explained than without it.
+        let mut starts = [0, 1].map(start).to_vec();
+        // Where the last one does not differ: from there an estimate never explains less than without it.
         starts.extend(fewer.as_ref().map(|fewer| {
             let mut point = fewer.point.clone();
             point.lengths.resize(differing.len(), 0.0);
@@ -344,16 +341,14 @@ impl<S: Side> Joint<S> {
             let side = &self.sides[recording];
             let before = fewer.as_ref().filter(|fewer| fewer.simulated);
             let before = before.map(|fewer| (&fewer.point.packed[recording], &fewer.about[recording]));
-            let known = std::iter::once((&own[recording], side.own())).chain(before);
-            let there = known.into_iter().find(|(at, _)| *at == packed);
+            let mut known = std::iter::once((&own[recording], side.own())).chain(before);
+            let there = known.find(|(at, _)| *at == packed);
             there.map(|(_, expansion)| expansion.clone().into()).or_else(|| side.evaluate(packed))
         };
         let found = estimated(&starts, &differing, exact);
         let simulated = found.is_some();
-        // The one by the own fits is always there.
-        let (point, about) = found
-            .or(first)
-            .unwrap_or_else(|| (start(0, false), self.sides.each_ref().map(|s| s.own().clone())));
+        let (point, about) =
+            found.or(first).unwrap_or_else(|| unreachable!("the own fits say something everywhere"));
         let left = about.iter().zip(&self.sides).map(|(about, side)| about.cost - side.own().cost).sum();
         let covariance = together(&about, &differing).0.factor().inverse();
         Solved { point, covariance, differing, left, about, simulated }

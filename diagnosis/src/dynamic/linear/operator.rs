@@ -89,28 +89,19 @@ impl Runner {
                 moved: 0,
             };
         }
-        let mut moved = 0;
-        for (k, (play, r)) in memory.iter_mut().zip(&self.thresholds).enumerate() {
-            let next = play.max(z - r).min(z + r);
-            moved |= u32::from(next != *play) << k;
-            *play = next;
+        let mut out = Response::default();
+        for (k, play) in memory.iter_mut().enumerate() {
+            let r = self.thresholds[k];
+            let next = play.clamp(z - r, z + r);
+            if next != *play {
+                out.moved |= 1 << k;
+                *play = next;
+            }
+            out.value += self.weights[k] * next;
+            out.by_exponent += self.slopes[k] * next;
         }
-        let [value, by_exponent] = [&self.weights, &self.slopes].map(|factors| weighed(factors, memory));
-        Response { value, by_exponent, slope: 0.0, moved }
+        out
     }
-}
-
-/// The sum of plays by their factors, four at a time.
-fn weighed(factors: &[f64], plays: &[f64]) -> f64 {
-    let ((factors, last), (plays, rest)) = (factors.as_chunks::<4>(), plays.as_chunks::<4>());
-    let mut sums = [0.0; 4];
-    for (factors, plays) in factors.iter().zip(plays) {
-        for i in 0..4 {
-            sums[i] += factors[i] * plays[i];
-        }
-    }
-    let rest: f64 = last.iter().zip(rest).map(|(factor, play)| factor * play).sum();
-    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]
