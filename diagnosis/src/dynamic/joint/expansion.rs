@@ -128,7 +128,7 @@ pub fn estimated<'a>(
             Some((next, about)) => {
                 let fell = cost - next;
                 (point, cost, known) = (there, next, about);
-                // Where much is left that is no noise, small errors of the sensitivities promise what does not come.
+                // Where much is left that is no noise, steps go on to promise a fall that does not come.
                 if fell < ENOUGH {
                     break;
                 }

@@ -129,7 +129,8 @@ impl<'a, M: InCommon> FreeRun<'a, M> {
         Some(FreeRun { recording, plant, data, fitted, folds, noise, own, deviance, wider })
     }
 
-    /// The normal equations at some packed parameters, and initial states that have no farther to go to first order.
+    /// The normal equations at some packed parameters. The initial states are those that fit best with these; none where the
+    /// model cannot be simulated.
     fn normal(&self, packed: &[f64]) -> Option<Grams> {
         let model = self.fitted.model.unpacked(packed);
         let at = |states: &[M::Start]| model.normal(states, &self.data, &self.noise.coefficients).ok();
