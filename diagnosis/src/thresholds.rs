@@ -666,6 +666,11 @@ pub mod dynamic {
         /// Changes of direction within one step of the integrator that are followed; beyond them the motion is
         /// smaller than the step resolves.
         pub const MOST_EVENTS: usize = 4;
+        /// Velocity where a mechanism turns, over those at both ends of the step, that is zero. With one correction of the secant
+        /// a friction of no force added a fifth to what was left of a recording, by the steps in which a motion nearly rests.
+        pub const TURNED: f64 = 1e-6;
+        /// Steps of the search for that instant: twenty halvings would do.
+        pub const MOST_STEPS: usize = 20;
     }
 
     /// See [`crate::dynamic::model`].

@@ -11,7 +11,7 @@ use super::model::{Model, Term};
 use super::simulate::Theta;
 use super::span::Span;
 use super::step::{Room, Step};
-use crate::thresholds::dynamic::machine::MOST_EVENTS;
+use crate::thresholds::dynamic::machine::{MOST_EVENTS, MOST_STEPS, TURNED};
 
 /// Position, velocity, and the states of effects, for which there are `Z` places, and `Q` for what is only probed.
 #[derive(Clone, Copy)]
@@ -276,6 +276,35 @@ impl<'a, T: Number, const Z: usize, const Q: usize> Machine<'a, T, Z, Q> {
         Some((part, way))
     }
 
+    /// The part of a step after which the velocity is zero that ends against its direction, and the state there: by the
+    /// secant, and by Newton's rule between what is still in the direction and what is not.
+    fn turned(
+        &self,
+        state: &State<T, Z, Q>,
+        left: T,
+        span: &Span<T>,
+        direction: f64,
+        to: &State<T, Z, Q>,
+    ) -> (T, State<T, Z, Q>) {
+        let least = TURNED * (state.v.value().abs() + to.v.value().abs());
+        let (mut before, mut after) = (0.0, 1.0);
+        let mut part = state.v / (state.v - to.v);
+        for _ in 0..MOST_STEPS {
+            if !(part.value() > before && part.value() < after) {
+                part = T::from_f64(0.5 * (before + after));
+            }
+            let there = self.step(state, left * part, &span.up_to(part), direction);
+            if there.v.value().abs() <= least {
+                return (part, there);
+            }
+            let end = if there.v.value() * direction > 0.0 { &mut before } else { &mut after };
+            *end = part.value();
+            let slope = self.acceleration(&there, &span.at(part), direction);
+            part = part - there.v / (slope * left);
+        }
+        (part, self.step(state, left * part, &span.up_to(part), direction))
+    }
+
     /// One step with dry friction: it is divided where the velocity passes zero.
     pub fn step_with_friction(
         &self,
@@ -315,20 +344,7 @@ impl<'a, T: Number, const Z: usize, const Q: usize> Machine<'a, T, Z, Q> {
             if to.v.value() * *direction >= 0.0 || event == MOST_EVENTS {
                 return to;
             }
-            // The velocity passes zero: by the secant, once corrected.
-            let mut part = state.v / (state.v - to.v);
-            if part.value().is_nan() || part.value() <= 0.0 {
-                part = zero;
-            }
-            let mut there = self.step(&state, left * part, &span.up_to(part), *direction);
-            let slope = self.acceleration(&there, &span.at(part), *direction);
-            if slope.value() * *direction < 0.0 {
-                let corrected = part - there.v / (slope * left);
-                if corrected.value() > 0.0 && corrected.value() < 1.0 {
-                    part = corrected;
-                    there = self.step(&state, left * part, &span.up_to(part), *direction);
-                }
-            }
+            let (part, mut there) = self.turned(&state, left, &span, *direction, &to);
             there.v = zero;
             state = there;
             span = span.rest(part);

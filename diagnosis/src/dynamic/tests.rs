@@ -3,7 +3,7 @@
 use fitter::plant::Hold;
 use motion::Start;
 
-use super::accurate::accurate;
+use super::accurate::{Refined, accurate};
 use super::data::{ALL, Data};
 use super::estimate::{Simulated, fit};
 use super::model::{Model, Term};
@@ -41,6 +41,22 @@ fn friction_that_falls_within_a_row_is_simulated_in_shorter_steps() {
     let fine = accurate(&model, &[[0.0; 2]], &data).expect("an accurate simulation");
     let (coarse, fine, steps) = (apart(&model, &data), apart(&fine, &data), fine.refinement);
     assert!(steps > 1 && coarse > 2.0 * fine, "{steps} {coarse} {fine}");
+}
+
+/// A dry friction of no force divides the steps in which the mechanism turns, and changes nothing, however slowly it turns.
+#[test]
+fn a_friction_of_no_force_changes_nothing() {
+    let drive: Vec<f64> = (0..4000).map(|k| ((k / 130 * 7919) % 101) as f64 / 500.0 - 0.1).collect();
+    let plain = Model::nominal([80.0, 5e4, 7e8], Hold::FirstOrder);
+    let coulomb = effects::effect(effects::COULOMB_FRICTION).expect("an effect");
+    let model = plain.with(Term::new(coulomb, vec![0.0, 1e-3]));
+    let recording = recorded(&plain, &drive);
+    let data = Data::new(&recording);
+    // Friction asks for two steps from row to row.
+    let [without, with] =
+        [plain.refined(2), model].map(|m| m.positions(&[[0.0; 2]], &data).expect("a stable simulation"));
+    let apart = without.iter().zip(&with).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-7 * data.scale.stroke, "{}", apart / data.scale.stroke);
 }
 
 /// A recording of what the simulator makes of a model, from rest.
