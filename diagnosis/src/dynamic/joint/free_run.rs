@@ -129,9 +129,9 @@ impl<'a, M: InCommon> FreeRun<'a, M> {
         Some(FreeRun { recording, plant, data, fitted, folds, noise, own, deviance, wider })
     }
 
-    /// The normal equations at some packed parameters. The initial states are those that fit best with these; none where the
-    /// model cannot be simulated.
-    fn normal(&self, packed: &[f64]) -> Option<Grams> {
+    /// The normal equations at some packed parameters, with the initial states that fit best with these, and the fall of the cost
+    /// that a further step of the states promises and does not bring; none where the model cannot be simulated.
+    fn normal(&self, packed: &[f64]) -> Option<(Grams, f64)> {
         let model = self.fitted.model.unpacked(packed);
         let at = |states: &[M::Start]| model.normal(states, &self.data, &self.noise.coefficients).ok();
         let moved = |states: &[M::Start], by: &[Vec<f64>]| -> Vec<M::Start> {
@@ -142,15 +142,16 @@ impl<'a, M: InCommon> FreeRun<'a, M> {
         for _ in 0..PATIENCE {
             let (by, promised) = whole.step_of_states(self.folds);
             if promised < ENOUGH * self.noise.variance {
-                break;
+                return Some((whole, 0.0));
             }
             let next = moved(&states, &by);
             match at(&next).filter(|there| there.cost(self.folds) < whole.cost(self.folds)) {
                 Some(there) => (states, whole) = (next, there),
-                None => break,
+                None => return Some((whole, promised)),
             }
         }
-        Some(whole)
+        let (_, promised) = whole.step_of_states(self.folds);
+        Some((whole, promised))
     }
 }
 
@@ -175,8 +176,10 @@ impl<M: InCommon> Side for FreeRun<'_, M> {
     }
 
     fn evaluate(&self, packed: &[f64]) -> Option<Evaluation<'_>> {
-        let reduced = self.normal(packed)?.reduced(self.folds, 0.0, &[]);
-        expansion(&reduced, self.noise.variance).map(Evaluation::from)
+        let (whole, not_reached) = self.normal(packed)?;
+        let mut there = expansion(&whole.reduced(self.folds, 0.0, &[]), self.noise.variance)?;
+        there.cost += not_reached / self.noise.variance;
+        Some(there.into())
     }
 
     fn own(&self) -> &Expansion {
