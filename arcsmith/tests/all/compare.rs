@@ -250,6 +250,20 @@ fn in_motion_a_lag_with_another_name_in_each_recording_is_no_change() {
     assert_eq!(compared["verdict"], "unchanged", "{compared}");
 }
 
+/// By its own recording a lag that came is a delay, beside which the gain would have changed; both together tell.
+#[test]
+fn in_motion_a_lag_that_came_is_told_from_a_delay() {
+    let lag = "--seed 15 --excitation sweep --samples 6144 --effect drive_lag:time_constant_s=0.0002";
+    let compared = compared_in_motion(5, "--seed 14 --samples 6144", lag);
+    assert_eq!(compared["now"]["effects"], serde_json::json!(["transport_delay"]));
+    let changes = compared["changes"].as_array().unwrap();
+    assert_eq!(changes.len(), 1, "{compared}");
+    let named = |id: &str| changes[0]["id"] == id || changes[0]["alternatives"][0] == id;
+    assert!(named("drive_lag") && named("sensor_lag"), "{compared}");
+    assert_eq!(changes[0]["kind"], "came");
+    assert!(changes[0]["parameters"][0]["then"].is_null(), "{compared}");
+}
+
 /// A limit of the drive changes nothing while it is not reached, so that nothing about a model without it shows it.
 #[test]
 fn in_motion_a_limit_that_came_is_named() {

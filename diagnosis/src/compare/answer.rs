@@ -47,7 +47,7 @@ pub struct Change {
     pub rms: Option<f64>,
     /// Its parameters then and now.
     pub parameters: Vec<Quantity>,
-    /// What else would explain the difference nearly as well.
+    /// What else would explain the difference nearly as well, and the effects that no recording which names this one tells from it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alternatives: Vec<String>,
     /// The proof on held-out rows; none where nothing can be held out, and of noise.

@@ -5,6 +5,7 @@
 //! at one time belong to each recording by itself. The parts that differ are chosen one by one at a family-wise false-alarm
 //! rate, and each must predict held-out rows better.
 
+mod alternatives;
 mod answer;
 mod best_name;
 mod changes;

@@ -15,6 +15,7 @@ use crate::rows::Rows;
 use crate::thresholds::compare::{FALSE_ALARMS, ZEROS};
 use crate::verdict::{angle_name, values_of};
 
+use super::alternatives::add_alternatives;
 use super::best_name::best_names;
 use super::changes::{Differences, noise_change};
 use super::choose::{Chosen, tests_of};
@@ -98,6 +99,8 @@ impl<'a> Pair<'a> {
         give_base_to_effects(&differences, &mut chosen, &mut notes);
         let mut changes = differences.changes(chosen);
         changes.extend(noise_change(&noise, tests));
+        let effects = self.outcomes.each_ref().map(|outcome| &outcome.diagnosis.effects[..]);
+        add_alternatives(&mut changes, effects);
         let left = |fit: &Fitted| -> Vec<f64> {
             let now = fit.value().split_off(self.both.split);
             centred(

@@ -29,3 +29,17 @@ pub fn candidates(recording: &DynamicRecording, model: &Model, skip: &[String], 
     let models = alike.take(most).collect();
     Candidates { models, sought: search.catalogue.len() }
 }
+
+/// The model of a recording with each of some effects in the place of its term `k`, as its last term, fitted.
+pub fn in_place_of(recording: &DynamicRecording, model: &Model, k: usize, ids: &[String]) -> Vec<Model> {
+    let data = Data::new(recording);
+    let windows = data.windows(SEARCH_STEPS / model.substeps(data.step_s));
+    let mut search = Search::new(&windows, &[], model.terms.len());
+    search.catalogue.retain(|effect| ids.iter().any(|id| *id == effect.id));
+    if search.catalogue.is_empty() {
+        return Vec::new();
+    }
+    let fitted = |model: &Model| search.fit(model, &windows.first_states());
+    let Some((present, without)) = fitted(model).zip(fitted(&model.without(k))) else { return Vec::new() };
+    search.in_place_of(&present, k, &without).into_iter().map(|fitted| fitted.model).collect()
+}

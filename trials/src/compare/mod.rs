@@ -119,6 +119,9 @@ pub struct Said {
     pub kind: String,
     /// Its family-wise p-value.
     pub p_value: f64,
+    /// What else would explain it nearly as well.
+    #[serde(default)]
+    pub alternatives: Vec<String>,
 }
 
 /// The answer to one pair.
@@ -147,6 +150,8 @@ pub struct Compared {
     pub named: Share,
     /// The same of those whose recordings can tell.
     pub distinguishable: Share,
+    /// Pairs in which the change has the right name, or one beside which that is listed where no recording can tell.
+    pub listed: Share,
     /// Pairs in which nothing else is said to have changed.
     pub alone: Share,
     /// Every pair.
@@ -175,6 +180,11 @@ impl Compared {
                         .value()
                         .map(|_| Figure::reported(distinguishable, self.distinguishable)),
                 );
+                figures.push(Figure::at_least(
+                    format!("{kind}: with the right name, or listed where no recording can tell"),
+                    named,
+                    self.listed,
+                ));
                 figures.push(Figure::at_least(
                     format!("{kind}: nothing else said to have changed"),
                     0.95,
@@ -210,8 +220,16 @@ pub fn run(
         pool.install(|| (0..pairs).into_par_iter().map(one).collect::<Result<_, CampaignError>>())?;
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     let none = Share::default();
-    let mut compared =
-        Compared { of, kind, found: none, named: none, distinguishable: none, alone: none, rows };
+    let mut compared = Compared {
+        of,
+        kind,
+        found: none,
+        named: none,
+        distinguishable: none,
+        listed: none,
+        alone: none,
+        rows,
+    };
     for row in &compared.rows {
         compared.found.count(!row.said.is_empty());
         let named = row.said.iter().any(|said| Some(&said.id) == row.id.as_ref());
@@ -219,6 +237,8 @@ pub fn run(
         if row.can_tell {
             compared.distinguishable.count(named);
         }
+        let is_listed = |said: &Said| row.id.as_ref().is_some_and(|id| said.alternatives.contains(id));
+        compared.listed.count(named || (!row.can_tell && row.said.iter().any(is_listed)));
         compared.alone.count(row.said.len() <= 1);
     }
     Ok(compared)

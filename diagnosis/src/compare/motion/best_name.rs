@@ -4,9 +4,9 @@
 use numerics::parallel;
 
 use crate::dynamic::candidates::Candidates;
-use crate::dynamic::joint::{Joint, Side};
+use crate::dynamic::joint::{Joint, Side, Sought};
 use crate::dynamic::model::Model;
-use crate::thresholds::compare::NOTHING_ELSE_DIFFERS;
+use crate::thresholds::compare::{ALTERNATIVE, NOTHING_ELSE_DIFFERS};
 
 use super::joined::differing;
 
@@ -30,11 +30,37 @@ pub fn with_best_name<S: Side>(
         let without: Vec<usize> = changed.iter().filter_map(|k| of_id(&plain.groups[*k].id)).collect();
         // In the same model: what the effect explains of both recordings alike is no reason that it differs.
         let gain = joint.criterion(&without) - joint.criterion(&[group]);
-        (gain > least).then_some((gain, group, joint))
+        (gain > least).then_some(With { gain, side: *side, group, joint })
     });
-    with.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let best = with.into_iter().find(|(_, group, joint)| {
+    with.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let Some(best) = with.iter().position(With::is_possible) else { return plain };
+    let With { gain, side, group, mut joint } = with.remove(best);
+    let id = joint.groups[group].id.clone();
+    let mut rivals: Vec<String> = Vec::new();
+    let is_near = |other: &&With<S>| other.gain > gain - 2.0 * ALTERNATIVE && other.is_possible();
+    for other in with.iter().filter(is_near) {
+        let rival = &other.joint.groups[other.group].id;
+        if *rival != id && !rivals.contains(rival) {
+            rivals.push(rival.clone());
+        }
+    }
+    joint.found = Some(Sought { recording: side, id, rivals });
+    joint
+}
+
+/// A model of both with one effect more, of the recording `side`.
+struct With<S> {
+    /// By how much Akaike's criterion falls.
+    gain: f64,
+    side: usize,
+    group: usize,
+    joint: Joint<S>,
+}
+
+impl<S: Side> With<S> {
+    /// Whether the effect can have the parameters that it has there.
+    fn is_possible(&self) -> bool {
+        let With { group, joint, .. } = self;
         joint.is_plausible(*group, &[*group]) && joint.is_plausible(*group, &differing(joint))
-    });
-    best.map_or(plain, |(.., joint)| joint)
+    }
 }

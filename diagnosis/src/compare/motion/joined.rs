@@ -74,6 +74,9 @@ impl Pair<'_> {
         let others = alternatives.iter().map(|other| &joint.groups[*other].id).filter(|other| *other != id);
         let mut alternatives: Vec<String> = others.map(|other| self.names.for_both(other)).collect();
         alternatives.dedup();
+        let rivals = joint.found.iter().filter(|found| found.id == *id).flat_map(|found| &found.rivals);
+        let new: Vec<String> = rivals.filter(|rival| !alternatives.contains(rival)).cloned().collect();
+        alternatives.extend(new);
         let shown = |moved: &Both| {
             let mut one = quantity(&moved.then, &moved.now, moved.error);
             // A shape that both have in common.

@@ -12,7 +12,7 @@ use numerics::{centred, parallel, rms};
 
 use crate::Verdict;
 use crate::diagnosis::Diagnosis;
-use crate::dynamic::candidates::candidates;
+use crate::dynamic::candidates::{candidates, in_place_of};
 use crate::dynamic::data::Data;
 use crate::dynamic::diagnose::Identified;
 use crate::dynamic::joint::equations::{InEquations, of_one_plant};
@@ -27,7 +27,8 @@ use crate::verdict::{Location, Parameter};
 
 use self::best_name::with_best_name;
 use self::form_names::FormNames;
-use self::one_name::of_one_name;
+use self::one_name::{has, of_one_name};
+use super::alternatives::add_alternatives;
 use super::{Change, Comparison, Estimate, Quantity, Side};
 
 /// Compares two recordings of a mechanism: `case` is that of the earlier one.
@@ -113,10 +114,22 @@ impl Pair<'_> {
             };
             joint::free_run::joint([known(0), known(1)], self.plant)
         };
-        let (named, joint) = of_one_name(models, of)?;
+        let rivals = [0, 1].map(|side| self.rivals(side, models));
+        let (named, joint) = of_one_name(models, rivals.each_ref().map(Vec::as_slice), of)?;
         let found = [0, 1].map(|k| candidates(self.recordings[k], named[k], self.skip, CANDIDATES_IN_MOTION));
         let joint = with_best_name(joint, &found, |side, model| of(with(named, side, model)));
         Some(self.joined(&joint))
+    }
+
+    /// The model of a recording with another name for an effect that it alone has and does not tell from others.
+    fn rivals(&self, side: usize, models: [&Model; 2]) -> Vec<Model> {
+        let (own, other) = (models[side], models[1 - side]);
+        let of_term = |k: usize| {
+            let id = own.terms[k].effect.id;
+            let effect = self.sides()[side].effects.iter().find(|effect| effect.id == id && !has(other, id));
+            effect.map_or_else(Vec::new, |e| in_place_of(self.recordings[side], own, k, &e.alternatives))
+        };
+        parallel::indices(0..own.terms.len(), of_term).into_iter().flatten().collect()
     }
 
     /// By one inverse model.
@@ -180,8 +193,9 @@ impl Pair<'_> {
     }
 
     /// The comparison in which this changed; `left` is as in [`Comparison`].
-    fn of(&self, changes: Vec<Change>, left: [f64; 2]) -> Comparison {
+    fn of(&self, mut changes: Vec<Change>, left: [f64; 2]) -> Comparison {
         let [then, now] = self.sides();
+        add_alternatives(&mut changes, [&then.effects, &now.effects]);
         let unit = if self.under_feedback() { &self.plant.drive_unit } else { &self.plant.position_unit };
         let structured = [then, now].into_iter().zip(self.wider()).filter(|(d, _)| structured(d.verdict));
         let note = |(d, wider): (&Diagnosis, f64)| {

@@ -206,8 +206,20 @@ pub struct Joint<S> {
     pub groups: Vec<Group>,
     /// Number of effects among which one of the groups was sought.
     sought: usize,
+    /// That effect, where one was found.
+    pub found: Option<Sought>,
     /// Solutions by the groups that differ: choice, proof and report ask for the same ones.
     solved: Mutex<HashMap<Vec<usize>, Arc<Solved>>>,
+}
+
+/// An effect that was sought for a recording because of the other one.
+pub struct Sought {
+    /// The recording.
+    pub recording: usize,
+    /// Its id.
+    pub id: String,
+    /// Those of others that do nearly as well in its place.
+    pub rivals: Vec<String>,
 }
 
 /// The parameters where some groups differ.
@@ -261,7 +273,7 @@ impl<S: Side> Joint<S> {
     /// Of two recordings that were fitted by the same model.
     pub fn new(then: S, now: S) -> Joint<S> {
         let groups = then.groups().into_iter().filter(|group| !group.directions.is_empty()).collect();
-        Joint { sides: [then, now], groups, sought: 0, solved: Mutex::default() }
+        Joint { sides: [then, now], groups, sought: 0, found: None, solved: Mutex::default() }
     }
 
     /// The same where one of its effects was sought among so many.
@@ -292,7 +304,8 @@ impl<S: Side> Joint<S> {
         let without = |kind: usize| {
             let (a, b) = parallel::join(|| self.sides[0].without(kind), || self.sides[1].without(kind));
             let (sides, groups) = ([a?, b?], self.groups.clone());
-            Some((kind, Joint { sides, groups, sought: self.sought, solved: Mutex::default() }))
+            let joint = Joint { sides, groups, sought: self.sought, found: None, solved: Mutex::default() };
+            Some((kind, joint))
         };
         self.sides[0].held_out().iter().filter_map(|kind| without(*kind)).collect()
     }
@@ -446,8 +459,13 @@ impl<S: Side> Joint<S> {
         (-self.surprise(square.max(0.0), amounts.len())).exp()
     }
 
-    /// Whether a group's effect is there in a recording: friction that is negative is none.
+    /// Whether a group's effect is there in a recording: friction that is negative is none. One without amounts is where it was
+    /// found.
     pub fn shows(&self, solved: &Solved, group: usize, recording: usize) -> bool {
+        if !self.has_slope(group) {
+            let id = &self.groups[group].id;
+            return self.found.as_ref().is_some_and(|found| found.id == *id && found.recording == recording);
+        }
         let packed = &solved.point.packed[recording];
         self.absence(solved, group, recording) < PRESENT
             && self.sides[recording].is_plausible(self.groups[group].of, packed)
