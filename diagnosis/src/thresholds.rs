@@ -83,7 +83,8 @@ pub mod compare {
     /// Family-wise false alarms over all that could have changed. Each recording's own search may bring what is not there
     /// as well, at 4 of 1000: with both, fewer than 1 of 100 pairs with nothing changed may alarm.
     pub const FALSE_ALARMS: f64 = 0.001;
-    /// −ln p by which another part may fall behind and is an alternative: a factor of 20.
+    /// −ln p by which another part may fall behind and is an alternative: a factor of 20. Of two models, half of the difference of
+    /// Akaike's criterion.
     pub const ALTERNATIVE: f64 = 3.0;
     /// Most parts that differ. By judgement: more is another device.
     pub const MOST_CHANGES: usize = 8;
@@ -666,10 +667,11 @@ pub mod dynamic {
         /// Changes of direction within one step of the integrator that are followed; beyond them the motion is
         /// smaller than the step resolves.
         pub const MOST_EVENTS: usize = 4;
-        /// Velocity where a mechanism turns, over those at both ends of the step, that is zero. With one correction of the secant
-        /// a friction of no force added a fifth to what was left of a recording, by the steps in which a motion nearly rests.
+        /// A velocity is zero below this part of those at both ends of the step. By judgement: a friction of no force then moves
+        /// nothing by 10⁻⁷ of the stroke. With the secant corrected once it added a fifth to the squares left of a recording, in
+        /// steps in which the motion nearly rests.
         pub const TURNED: f64 = 1e-6;
-        /// Steps of the search for that instant: twenty halvings would do.
+        /// Most steps of the search for that instant. By judgement: twenty halvings alone reach 10⁻⁶ of the step.
         pub const MOST_STEPS: usize = 20;
     }
 

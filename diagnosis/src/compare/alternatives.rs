@@ -1,11 +1,11 @@
-//! What a recording does not tell from an effect that it names, it does not tell from a change of that effect either.
+//! Effects that a recording cannot distinguish are alternatives of one another also where one of them changed.
 
 use crate::verdict::{EMPIRICAL, NamedEffect};
 
 use super::Change;
 
-/// Adds to the alternatives of every change those that its effect has in each recording that names it. What is named itself is
-/// no alternative; forms have numbers of their own in each recording.
+/// Adds to the alternatives of every change the effects that every recording which names it lists as its alternatives. What is
+/// named or changed itself is none. Forms are left out: each recording numbers its own.
 pub fn add_alternatives(changes: &mut [Change], effects: [&[NamedEffect]; 2]) {
     let changed: Vec<String> = changes.iter().map(|change| change.id.clone()).collect();
     let is_named = |id: &String| changed.contains(id) || effects.concat().iter().any(|known| known.id == *id);

@@ -47,7 +47,8 @@ pub struct Change {
     pub rms: Option<f64>,
     /// Its parameters then and now.
     pub parameters: Vec<Quantity>,
-    /// What else would explain the difference nearly as well, and the effects that no recording which names this one tells from it.
+    /// What else would explain the difference nearly as well, and effects that every recording which names this one cannot
+    /// distinguish from it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alternatives: Vec<String>,
     /// The proof on held-out rows; none where nothing can be held out, and of noise.

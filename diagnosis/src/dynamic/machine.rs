@@ -276,8 +276,8 @@ impl<'a, T: Number, const Z: usize, const Q: usize> Machine<'a, T, Z, Q> {
         Some((part, way))
     }
 
-    /// The part of a step after which the velocity is zero that ends against its direction, and the state there: by the
-    /// secant, and by Newton's rule between what is still in the direction and what is not.
+    /// Where the velocity passes zero in a step of length `left` that ends at `to`, as a part of that step, and the state there.
+    /// Found by the secant, then by Newton's rule, halved where that leaves the bracket.
     fn turned(
         &self,
         state: &State<T, Z, Q>,

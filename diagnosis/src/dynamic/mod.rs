@@ -27,7 +27,7 @@ mod recording;
 mod remainder;
 mod score;
 mod screen;
-mod search;
+pub(crate) mod search;
 mod signal;
 mod simulate;
 mod span;

@@ -19,6 +19,7 @@ use crate::dynamic::joint::equations::{InEquations, of_one_plant};
 use crate::dynamic::joint::feedback::{Inverse, Recorded};
 use crate::dynamic::joint::free_run::Known;
 use crate::dynamic::model::Model;
+use crate::dynamic::search::Augmented;
 use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose, feedback, joint, place};
 use crate::error::DiagnosisError;
 use crate::thresholds::NORMAL_95;
@@ -27,7 +28,7 @@ use crate::verdict::{Location, Parameter};
 
 use self::best_name::with_best_name;
 use self::form_names::FormNames;
-use self::one_name::{has, of_one_name};
+use self::one_name::of_one_name;
 use super::alternatives::add_alternatives;
 use super::{Change, Comparison, Estimate, Quantity, Side};
 
@@ -126,7 +127,7 @@ impl Pair<'_> {
         let (own, other) = (models[side], models[1 - side]);
         let of_term = |k: usize| {
             let id = own.terms[k].effect.id;
-            let effect = self.sides()[side].effects.iter().find(|effect| effect.id == id && !has(other, id));
+            let effect = self.sides()[side].effects.iter().find(|effect| effect.id == id && !other.has(id));
             effect.map_or_else(Vec::new, |e| in_place_of(self.recordings[side], own, k, &e.alternatives))
         };
         parallel::indices(0..own.terms.len(), of_term).into_iter().flatten().collect()

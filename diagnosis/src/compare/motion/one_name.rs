@@ -1,18 +1,14 @@
 //! One effect may have a different name in each recording: a delay in one, a lag of the drive in the other. A model with both
-//! would say that one went and the other came. The effects of one recording may explain both as well. And an effect that one
-//! recording alone has may be another that this recording does not tell from it, and both together do.
+//! would say that one went and the other came. The effects of one recording may explain both as well. And an effect that only
+//! one recording has may be another, which that recording cannot distinguish from it, but both together can.
 
 use crate::dynamic::joint::{Joint, Side, Sought};
 use crate::dynamic::model::Model;
+use crate::dynamic::search::Augmented;
 use crate::thresholds::compare::ALTERNATIVE;
 
 use super::joined::differing;
 use super::with;
-
-/// Whether a model has an effect.
-pub fn has(model: &Model, id: &str) -> bool {
-    model.terms.iter().any(|term| term.effect.id == id)
-}
 
 /// The pair of models from which `of` makes the model of both recordings with the least Akaike criterion, and that model: each
 /// recording's own; that of one recording for both, tried where each has an effect that the other lacks; or one of the `rivals`
@@ -23,7 +19,7 @@ pub fn of_one_name<'m, S: Side>(
     of: impl Fn([&'m Model; 2]) -> Option<Joint<S>>,
 ) -> Option<([&'m Model; 2], Joint<S>)> {
     let [then, now] = models;
-    let has_more = |a: &Model, b: &Model| a.terms.iter().any(|term| !has(b, term.effect.id));
+    let has_more = |a: &Model, b: &Model| a.terms.iter().any(|term| !b.has(term.effect.id));
     let mut tried = vec![(models, None)];
     if has_more(then, now) && has_more(now, then) {
         tried.extend([([then; 2], None), ([now; 2], None)]);
