@@ -11,11 +11,12 @@ use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::gram::Grams;
 use crate::dynamic::noise::autoregression;
 use crate::dynamic::recording::DynamicRecording;
+use crate::dynamic::search::Augmented;
 use crate::thresholds::compare::joint::{ENOUGH, PATIENCE};
 use crate::verdict::Location;
 
 /// A model that two recordings may have in common.
-pub trait InCommon: Refined {
+pub trait InCommon: Refined + Augmented {
     /// The model of one recording with the effects of both, in the same order for either; none where there is none.
     fn with_effects_of_both(models: [&Self; 2], recording: usize) -> Option<Self>;
 
@@ -221,6 +222,11 @@ impl<M: InCommon> Side for FreeRun<'_, M> {
 
     fn amounts(&self, of: Of) -> Vec<usize> {
         self.fitted.model.amounts(of)
+    }
+
+    fn sought(&self, of: Of) -> usize {
+        let Of::Term(k) = of else { return 1 };
+        M::starts(M::effect(&self.fitted.model.terms()[k]), &self.data).len()
     }
 
     fn is_plausible(&self, of: Of, packed: &[f64]) -> bool {

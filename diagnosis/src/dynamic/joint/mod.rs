@@ -180,6 +180,11 @@ pub trait Side: Sized + Send + Sync {
         matches!(of, Of::Inertia).then(|| (1.0 / (1.0 - length), error / (1.0 - length).powi(2)))
     }
 
+    /// From how many shapes an effect is sought in a recording by itself.
+    fn sought(&self, _of: Of) -> usize {
+        1
+    }
+
     /// Whether an effect can have these packed parameters: friction is not negative.
     fn is_plausible(&self, _of: Of, _packed: &[f64]) -> bool {
         true
@@ -380,9 +385,8 @@ impl<S: Side> Joint<S> {
         Solved { point, covariance, differing, left: solved.left, about, simulated: solved.simulated }
     }
 
-    /// −ln of the p-value that each group differs, beside others that do. To first order where that is within chance, else by
-    /// the estimated parameters: an effect that one recording alone has explains more than it promises, as its shape in a
-    /// model of both is a compromise.
+    /// −ln of the p-value that each group differs, beside others that do: by the estimated parameters, but where the first
+    /// order holds and is within chance.
     pub fn surprises(&self, changed: &[usize]) -> Vec<f64> {
         let solved = self.solve(changed);
         let without = promised(&solved.about, &solved.differing);
@@ -393,12 +397,11 @@ impl<S: Side> Joint<S> {
             if changed.contains(&k) {
                 return 0.0;
             }
-            if !self.has_slope(k) {
-                return surprise(explained(k));
-            }
             let directions = [&solved.differing[..], &group.directions].concat();
-            let first_order = surprise(promised(&solved.about, &directions) - without);
-            if self.family_wise(first_order) > FALSE_ALARMS { first_order } else { surprise(explained(k)) }
+            let first_order = || surprise(promised(&solved.about, &directions) - without);
+            let within_chance = |surprise: &f64| self.family_wise(*surprise) > FALSE_ALARMS;
+            let promised = self.is_linear(k).then(first_order).filter(within_chance);
+            promised.unwrap_or_else(|| surprise(explained(k)))
         };
         parallel::indices(0..self.groups.len(), of)
     }
@@ -406,6 +409,16 @@ impl<S: Side> Joint<S> {
     /// The family-wise p-value of a group with this −ln p, over all that were looked at.
     pub fn family_wise(&self, surprise: f64) -> f64 {
         family_wise(surprise, self.looked_at())
+    }
+
+    /// Whether the first order says what a group explains by its difference. It does not where an effect has shapes: where one
+    /// recording alone has it, its shape in a model of both is a compromise, about which the cost may hardly fall.
+    fn is_linear(&self, group: usize) -> bool {
+        let of = self.groups[group].of;
+        let Of::Term(term) = of else { return true };
+        let of_term = |group: &&Group| matches!(group.of, Of::Term(other) if other == term);
+        let amounts = self.sides[0].amounts(of);
+        self.groups.iter().filter(of_term).all(|group| within(&group.directions, &amounts))
     }
 
     /// Whether costs fall at once where a group begins to differ. A limit that is beyond the drive changes nothing at first.
@@ -441,9 +454,11 @@ impl<S: Side> Joint<S> {
         freedoms.and_then(|both| tail(both.iter().sum())).unwrap_or_else(|| log_tail(explained, rank))
     }
 
-    /// The p-value that a group's amounts are zero in a recording; 0 of the plant, 1 of an effect without amounts.
+    /// The p-value that a group's amounts are zero in a recording; 0 of the plant, 1 of an effect without amounts. Where shapes
+    /// differ, over all from which they are sought: noise has a best one, too.
     pub fn absence(&self, solved: &Solved, group: usize, recording: usize) -> f64 {
-        let of = self.groups[group].of;
+        let Group { of, directions, .. } = &self.groups[group];
+        let of = *of;
         let amounts = self.sides[0].amounts(of);
         if amounts.is_empty() {
             return if matches!(of, Of::Term(_)) { 1.0 } else { 0.0 };
@@ -456,7 +471,9 @@ impl<S: Side> Joint<S> {
         }
         let value: Vec<f64> = amounts.iter().map(|lane| solved.point.packed[recording][*lane]).collect();
         let square: f64 = covariance.factor().solve(&value).iter().zip(&value).map(|(a, b)| a * b).sum();
-        (-self.surprise(square.max(0.0), amounts.len())).exp()
+        let p_value = (-self.surprise(square.max(0.0), amounts.len())).exp();
+        let sought = if within(directions, &amounts) { 1 } else { self.sides[recording].sought(of) };
+        (sought as f64 * p_value).min(1.0)
     }
 
     /// Whether a group's effect is there in a recording: friction that is negative is none. One without amounts is where it was
@@ -532,6 +549,11 @@ impl<S: Side> Joint<S> {
         }
         Some(scores)
     }
+}
+
+/// Whether some directions change these packed parameters alone.
+fn within(directions: &[Direction], lanes: &[usize]) -> bool {
+    directions.iter().flatten().all(|(lane, _)| lanes.contains(lane))
 }
 
 impl Solved {
