@@ -757,7 +757,7 @@ pub mod dynamic {
         pub mod contenders {
             /// Effects that are fitted in every round, and starts of them that are followed to their end.
             pub const REFITTED: usize = 8;
-            /// Further effects that are refitted for what they explain before whitening.
+            /// Further starts, each of another effect, that are refitted for what they explain before whitening.
             pub const REFITTED_PLAINLY: usize = 2;
             /// What the start of an effect must promise to be fitted, in −2 log likelihood: a third of what an effect must gain, since a
             /// start is not yet an estimate.

@@ -296,6 +296,24 @@ fn in_motion_a_hysteresis_that_came_is_no_change_of_damping() {
     );
 }
 
+/// In a model that both have in common the frequency of a weak mode is a compromise, about which stiffness seems to explain more.
+#[test]
+fn in_motion_a_weak_mode_that_came_is_no_change_of_stiffness() {
+    let of = |rest: &str| format!("--samples 8192 --noise autocorrelated {rest}");
+    let mode = "--seed 2 --effect flexible_mode:frequency_hz=8.6,mass_ratio=0.0003";
+    let compared = compared_in_motion(7, &of("--seed 1 --excitation steps"), &of(mode));
+    assert_eq!(compared["now"]["effects"], Value::Array(Vec::new()), "what this test is about");
+    let changes = compared["changes"].as_array().unwrap();
+    assert_eq!(changes.len(), 1, "{compared}");
+    assert_eq!((&changes[0]["id"], &changes[0]["kind"]), (&"flexible_mode".into(), &"came".into()));
+    for (name, truth) in [("frequency_hz", 8.6), ("mass_ratio", 0.0003)] {
+        let all = changes[0]["parameters"].as_array().unwrap();
+        let ci95 = &all.iter().find(|p| p["name"] == name).unwrap()["now"]["ci95"];
+        let end = |k: usize| ci95[k].as_f64().unwrap();
+        assert!(end(0) < truth && truth < end(1), "{name}: {ci95}");
+    }
+}
+
 /// Two tanks, the first running into the second, at 4 s a sample, pumped by steps: the outflow of the second, and how much the
 /// pump gives.
 fn tanks(seed: u32, outflow: f64, pump: f64) -> String {

@@ -109,6 +109,20 @@ fn stribeck_friction_under_steps_is_not_coulombs_with_others() {
     assert_eq!(ids(&scene.json("steps")), ["stribeck_friction"], "{}", scene.json("steps"));
 }
 
+/// The past of a residual that is nearly one tone predicts it: beside that, frequencies where there is nothing promise more.
+#[test]
+fn a_mode_close_to_the_resonance_is_named_in_correlated_noise() {
+    let scene = Scene::new();
+    let of = "--device-seed 7 --seed 2 --excitation sweep --samples 8192 --noise autocorrelated";
+    let mode = "--effect flexible_mode:frequency_hz=20,mass_ratio=0.0003";
+    let recording = scene.excited("mode.csv", &format!("{of} {mode}"));
+    assert!(scene.diagnose(&recording, &[]).status.success());
+    let diagnosis = scene.json("mode");
+    assert_eq!((&diagnosis["verdict"], ids(&diagnosis)), (&"explained".into(), vec!["flexible_mode".into()]));
+    let ci95 = &diagnosis["effects"][0]["parameters"][0]["ci95"];
+    assert!(ci95[0].as_f64() < Some(20.0) && Some(20.0) < ci95[1].as_f64(), "{ci95}");
+}
+
 /// A weaker name does not fall with a stronger remedy: what is explained stays explained.
 #[test]
 fn a_true_effect_stays_explained_in_noise_that_is_alike() {

@@ -102,13 +102,16 @@ impl<M: Augmented> Search<'_, M> {
             counts(p) && (ids.len() <= REFITTED || !new)
         });
         if whitened {
-            // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
-            // explains it: the best by plain gain are tried besides. What is worth its parameters is decided later.
-            let mut ids: Vec<&str> = best.iter().map(id).collect();
+            // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what explains it: the
+            // best starts by plain gain, one of each effect, are tried besides. What is worth its parameters is decided later.
+            let mut ids: Vec<&str> = Vec::new();
             let most = best.len() + M::refitted_plainly();
             for p in sorted(plain).into_iter().filter(counts) {
-                if !ids.contains(&id(&p)) && best.len() < most {
-                    ids.push(id(&p));
+                if ids.contains(&id(&p)) || best.len() == most {
+                    continue;
+                }
+                ids.push(id(&p));
+                if !best.iter().any(|other| (other.base, other.candidate) == (p.base, p.candidate)) {
                     best.push(p);
                 }
             }

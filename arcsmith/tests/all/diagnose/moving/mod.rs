@@ -1,6 +1,6 @@
 //! Made recordings of a moving mechanism, and the program run on them.
 
-use std::process::Output;
+use std::process::{Command, Output};
 
 use serde_json::Value;
 
@@ -83,6 +83,15 @@ impl Scene {
 
     pub fn path(&self, name: &str) -> String {
         self.folder.path().join(name).display().to_string()
+    }
+
+    /// A mirror that is simulated by `excite`, with these options.
+    pub fn excited(&self, name: &str, options: &str) -> String {
+        let path = self.path(name);
+        let mut program = Command::new(env!("CARGO_BIN_EXE_arcsmith"));
+        let output = program.arg("excite").args(options.split_whitespace()).args(["--out", &path]).output();
+        assert!(output.expect("the program runs").status.success(), "{options}");
+        path
     }
 
     pub fn diagnose(&self, recording: &str, more: &[&str]) -> Output {
