@@ -6,7 +6,9 @@ use super::{Augmented, Search, gain, last_id};
 use crate::dynamic::data::{CHOOSE, FIT, FIT_ROWS};
 use crate::dynamic::estimate::{Fitted, fit_in};
 use crate::dynamic::screen::screen;
-use crate::thresholds::dynamic::search::contenders::{BEHIND, LEAST_PROMISE, REFITTED, SHORT};
+use crate::thresholds::dynamic::search::contenders::{
+    BEHIND, LEAST_PROMISE, PLAINLY_BETTER, REFITTED, SHORT,
+};
 
 /// What a term beside one of several estimates promises on the rows that fit, as −2 log likelihood.
 #[derive(Clone, Copy)]
@@ -103,16 +105,23 @@ impl<M: Augmented> Search<'_, M> {
         });
         if whitened {
             // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what explains it: the
-            // best starts by plain gain, one of each effect, are tried besides. What is worth its parameters is decided later.
+            // best starts by plain gain, one of each effect, are tried besides, unless the effect is tried from one that is nearly
+            // as good. What is worth its parameters is decided later.
+            let plain = sorted(plain);
+            let plainly = |p: &Promise| {
+                let same = |other: &&Promise| (other.base, other.candidate) == (p.base, p.candidate);
+                plain.iter().find(same).map_or(0.0, |same| same.gain)
+            };
             let mut ids: Vec<&str> = Vec::new();
             let most = best.len() + M::refitted_plainly();
-            for p in sorted(plain).into_iter().filter(counts) {
-                if ids.contains(&id(&p)) || best.len() == most {
+            for p in plain.iter().filter(|p| counts(p)) {
+                if ids.contains(&id(p)) || best.len() == most {
                     continue;
                 }
-                ids.push(id(&p));
-                if !best.iter().any(|other| (other.base, other.candidate) == (p.base, p.candidate)) {
-                    best.push(p);
+                ids.push(id(p));
+                let tried = best.iter().filter(|other| id(other) == id(p)).map(plainly).fold(0.0, f64::max);
+                if p.gain > PLAINLY_BETTER * tried {
+                    best.push(*p);
                 }
             }
         }
