@@ -760,7 +760,7 @@ pub mod dynamic {
             /// Further starts, each of another effect, that are refitted for what they explain before whitening.
             pub const REFITTED_PLAINLY: usize = 2;
             /// How many times as much a start must explain before whitening as those from which its effect is tried already. By
-            /// judgement: of a mode beside a resonance it was a hundred times; wherever it is more at all, dry friction of one
+            /// judgement: of a mode beside a resonance it was more than fifteen times; with any more at all dry friction of one
             /// among 60 recordings became Stribeck's.
             pub const PLAINLY_BETTER: f64 = 2.0;
             /// What the start of an effect must promise to be fitted, in −2 log likelihood: a third of what an effect must gain, since a
