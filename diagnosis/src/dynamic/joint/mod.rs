@@ -457,8 +457,7 @@ impl<S: Side> Joint<S> {
     /// The p-value that a group's amounts are zero in a recording; 0 of the plant, 1 of an effect without amounts. Where shapes
     /// differ, over all from which they are sought: noise has a best one, too.
     pub fn absence(&self, solved: &Solved, group: usize, recording: usize) -> f64 {
-        let Group { of, directions, .. } = &self.groups[group];
-        let of = *of;
+        let Group { of, ref directions, .. } = self.groups[group];
         let amounts = self.sides[0].amounts(of);
         if amounts.is_empty() {
             return if matches!(of, Of::Term(_)) { 1.0 } else { 0.0 };
