@@ -24,7 +24,6 @@ mod ambiguity;
 mod attempt;
 mod averaging;
 mod base;
-mod bursts;
 mod calibrate;
 pub mod compare;
 mod compose;

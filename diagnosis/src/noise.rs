@@ -1,13 +1,12 @@
 //! The noise floor and its covariance, from the recording itself: the scatter about a saturated model
 //! (base, every angle by itself, smooth in time, linear in every observable), robust against outliers,
-//! with a variance that may change along the recording or in bursts, and an autocorrelation from row to row.
+//! with a variance that may change along the recording and an autocorrelation from row to row.
 //!
 //! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary process that is forgotten with one time constant (see
 //! [`crate::correlation`]).
 
 use numerics::{Basis, dot, median};
 
-use crate::bursts;
 use crate::correlation::{Correlation, Process, Whitener, suspect};
 use crate::thresholds::noise::{ALONE, HAMPEL, MOST_CLEANED, VARIANCE_GAIN};
 
@@ -97,11 +96,6 @@ fn estimate_with(
         shape = fitted;
         (basis, clean) = robust_fit(y, model, &shape);
     }
-    // Of structure the parts that are strong are no bursts.
-    if with_memory && let Some(fitted) = with_bursts(y, &clean, &correlation, &basis, &shape) {
-        shape = fitted;
-        (basis, clean) = robust_fit(y, model, &shape);
-    }
     let residual = standardised(&clean, &basis, &shape);
     let posterior = match with_memory {
         true => correlation.posterior(&clean, model, &shape),
@@ -148,35 +142,15 @@ fn estimate_with(
     }
 }
 
-/// σ at every row with the bursts that the observations show as they were read; none where they show none.
-fn with_bursts(
-    y: &[f64],
-    clean: &[f64],
-    none: &Correlation,
-    basis: &Basis,
-    shape: &[f64],
-) -> Option<Vec<f64>> {
-    let mut residual = standardised(clean, basis, shape);
-    for (((residual, y), clean), shape) in residual.iter_mut().zip(y).zip(clean).zip(shape) {
-        *residual += (y - clean) / shape;
-    }
-    let mut absolute: Vec<f64> = residual.iter().map(|r| r.abs()).collect();
-    let far = HAMPEL.0 * 1.482_6 * median(&mut absolute);
-    // What something holds up for a while is no burst.
-    let apart = |i: usize| if residual[i].abs() > far { alone(&residual, i) } else { residual[i] };
-    let apart = (0..residual.len()).map(apart).collect();
-    let louder = bursts::louder(&what_is_new(none, apart, basis))?;
-    Some(louder.iter().zip(shape).map(|(louder, shape)| louder * shape).collect())
-}
-
 /// How many times the noise of cleaned observations that of the observations as they were read is. An outlier lies as far from
 /// the model as what is left of it and how far it was moved together. `residual` is that of `clean` in units of `shape`.
 fn outlier_factor(y: &[f64], clean: &[f64], residual: &[f64], shape: &[f64]) -> f64 {
-    let mut read = 0.0;
+    let (mut read, mut cleaned) = (0.0, 0.0);
     for (((y, clean), residual), shape) in y.iter().zip(clean).zip(residual).zip(shape) {
         read += (residual * shape + (y - clean)).powi(2);
+        cleaned += (residual * shape).powi(2);
     }
-    (read / (dot(residual, residual) * dot(shape, shape) / y.len() as f64).max(1e-300)).sqrt()
+    (read / cleaned.max(1e-300)).sqrt()
 }
 
 /// What an influence function costs: the estimates' variance is E ψ²/(E ψ′)² (Huber, Robust Statistics, 1981, section 7.6,
