@@ -6,7 +6,7 @@
 use numerics::range;
 
 use crate::rows::Rows;
-use crate::thresholds::condense::{COARSEST_BLOCK, FEWEST_RANGES, MOST_ROWS, MOST_ROWS_APART};
+use crate::thresholds::condense::{COARSEST_BLOCK, FEWEST_GROUPS, FEWEST_RANGES, MOST_ROWS, MOST_ROWS_APART};
 
 /// A condensed recording.
 pub struct Condensed {
@@ -121,7 +121,7 @@ fn averaged(rows: &Rows, cell_of: Vec<usize>, pass: Vec<i64>) -> Condensed {
         }
         sums.iter().zip(&count).map(|(s, n)| s / f64::from(*n)).collect()
     };
-    let mut condensed = rows.changed(pass, average);
+    let mut condensed = Rows { means: true, ..rows.changed(pass, average) };
     condensed.direction.iter_mut().for_each(|d| *d = if *d >= 0.0 { 1.0 } else { -1.0 });
     Condensed { rows: condensed, cell_of }
 }
@@ -143,8 +143,9 @@ fn ranges_of_angle(rows: &Rows) -> Condensed {
     let length = (n + passes / 2) / passes;
     let ranges = (MOST_ROWS / passes).max(FEWEST_RANGES).min(length.max(1));
     let ranges = even_ranges(length, ranges);
-    // Of both directions each.
-    let group = if passes * ranges <= MOST_ROWS { 1 } else { 2 * (passes * ranges).div_ceil(MOST_ROWS) };
+    // A group has cells of either direction: of one pass and of two there are equally many.
+    let least = (passes * ranges).div_ceil(MOST_ROWS).max(1);
+    let group = if least > 1 && passes >= 2 * least * FEWEST_GROUPS { 2 * least } else { least };
     let limits = limits(&rows.theta, ranges);
     let groups = passes.div_ceil(group);
     // Cell number: group, then forward cells upward, then backward cells downward, so that the order of the

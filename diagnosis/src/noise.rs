@@ -45,35 +45,35 @@ impl Noise {
     }
 }
 
+/// What observations are, and what is left of them.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Sort {
+    /// Readings one by one.
+    Readings,
+    /// Means over several readings, in which a burst is no stretch of its own.
+    Means,
+    /// Structure rather than noise: it has no memory, and its strong parts are no bursts.
+    Structure,
+}
+
+/// [`estimate_with`] where what is left is structure rather than noise: without a memory.
+pub fn estimate_white(y: &[f64], t_s: &[f64], model: &[Vec<f64>], covariates: &[Vec<f64>]) -> Noise {
+    estimate_with(y, t_s, model, model, covariates, &[], Sort::Structure)
+}
+
 /// Estimates the noise of `y`, read at `t_s`, about the span of `model` (raw columns). `covariates` are what
 /// the variance may depend on, centred; a dependence is kept only where it improves the likelihood clearly.
 /// `slow` are groups of columns that would be taken for correlated noise if they were left in; they and a step
 /// at any row (none without such groups) are looked for beside the model, and beside `light`, the least model,
 /// because a model that follows slow changes closely hides a jump nearly as well as correlation does.
-pub fn estimate(
+pub fn estimate_with(
     y: &[f64],
     t_s: &[f64],
     model: &[Vec<f64>],
     light: &[Vec<f64>],
     covariates: &[Vec<f64>],
     slow: &[Vec<Vec<f64>>],
-) -> Noise {
-    estimate_with(y, t_s, model, light, covariates, slow, true)
-}
-
-/// The same where what is left is structure rather than noise: without a memory.
-pub fn estimate_white(y: &[f64], t_s: &[f64], model: &[Vec<f64>], covariates: &[Vec<f64>]) -> Noise {
-    estimate_with(y, t_s, model, model, covariates, &[], false)
-}
-
-fn estimate_with(
-    y: &[f64],
-    t_s: &[f64],
-    model: &[Vec<f64>],
-    light: &[Vec<f64>],
-    covariates: &[Vec<f64>],
-    slow: &[Vec<Vec<f64>>],
-    with_memory: bool,
+    sort: Sort,
 ) -> Noise {
     let n = y.len();
     let mut shape = vec![1.0; n];
@@ -97,15 +97,16 @@ fn estimate_with(
         shape = fitted;
         (basis, clean) = robust_fit(y, model, &shape);
     }
-    // Of structure the parts that are strong are no bursts.
-    if with_memory && let Some(fitted) = with_bursts(y, &clean, &correlation, &basis, &shape) {
+    if sort == Sort::Readings
+        && let Some(fitted) = with_bursts(y, &clean, &correlation, &basis, &shape)
+    {
         shape = fitted;
         (basis, clean) = robust_fit(y, model, &shape);
     }
     let residual = standardised(&clean, &basis, &shape);
-    let posterior = match with_memory {
-        true => correlation.posterior(&clean, model, &shape),
-        false => vec![(Process::white(), 1.0)],
+    let posterior = match sort {
+        Sort::Readings | Sort::Means => correlation.posterior(&clean, model, &shape),
+        Sort::Structure => vec![(Process::white(), 1.0)],
     };
     let correlation = correlation.with(&Process::mean(&posterior));
 
@@ -172,11 +173,12 @@ fn with_bursts(
 /// How many times the noise of cleaned observations that of the observations as they were read is. An outlier lies as far from
 /// the model as what is left of it and how far it was moved together. `residual` is that of `clean` in units of `shape`.
 fn outlier_factor(y: &[f64], clean: &[f64], residual: &[f64], shape: &[f64]) -> f64 {
-    let mut read = 0.0;
+    let (mut read, mut cleaned) = (0.0, 0.0);
     for (((y, clean), residual), shape) in y.iter().zip(clean).zip(residual).zip(shape) {
         read += (residual * shape + (y - clean)).powi(2);
+        cleaned += (residual * shape).powi(2);
     }
-    (read / (dot(residual, residual) * dot(shape, shape) / y.len() as f64).max(1e-300)).sqrt()
+    (read / cleaned.max(1e-300)).sqrt()
 }
 
 /// What an influence function costs: the estimates' variance is E ψ²/(E ψ′)² (Huber, Robust Statistics, 1981, section 7.6,
@@ -345,6 +347,19 @@ fn variance_shape(squares: &[f64], covariates: &[Vec<f64>]) -> Vec<f64> {
     }
     let centre = numerics::mean(&log_variance);
     log_variance.iter().map(|l| (0.5 * (l - centre)).clamp(-2.5, 2.5).exp()).collect()
+}
+
+/// [`estimate_with`] of readings.
+#[cfg(test)]
+pub fn estimate(
+    y: &[f64],
+    t_s: &[f64],
+    model: &[Vec<f64>],
+    light: &[Vec<f64>],
+    covariates: &[Vec<f64>],
+    slow: &[Vec<Vec<f64>>],
+) -> Noise {
+    estimate_with(y, t_s, model, light, covariates, slow, Sort::Readings)
 }
 
 #[cfg(test)]

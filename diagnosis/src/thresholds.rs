@@ -192,6 +192,9 @@ pub mod condense {
     pub const MOST_ROWS_APART: usize = 2500;
     /// Fewest ranges of the angle in a pass.
     pub const FEWEST_RANGES: usize = 72;
+    /// Fewest groups of passes for which twice as many passes make a group, by judgement: what changes in time is followed
+    /// in so many steps.
+    pub const FEWEST_GROUPS: usize = 15;
     /// Part of the stroke over which a block of successive rows may move, at most: as coarse as a calibration in steps.
     pub const COARSEST_BLOCK: f64 = 1.0 / 40.0;
 }
