@@ -6,7 +6,7 @@
 use numerics::range;
 
 use crate::rows::Rows;
-use crate::thresholds::condense::{COARSEST_BLOCK, FEWEST_RANGES, MOST_ROWS, MOST_ROWS_APART};
+use crate::thresholds::condense::{COARSEST_BLOCK, FEWEST_GROUPS, FEWEST_RANGES, MOST_ROWS, MOST_ROWS_APART};
 
 /// A condensed recording.
 pub struct Condensed {
@@ -39,22 +39,27 @@ impl Condensed {
                 _ => groups.push(rows),
             }
         }
-        let (mut squares, mut freedom) = (0.0, 0.0);
-        for rows in groups.iter().filter(|rows| rows.len() > 2) {
-            let n = rows.len() as f64;
-            let mean = |v: &dyn Fn(usize) -> f64| rows.iter().map(|row| v(*row)).sum::<f64>() / n;
-            let (x, y) = (mean(&|row| full.theta[row]), mean(&|row| full.error[row]));
-            let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-            for row in rows {
-                let (dx, dy) = (full.theta[*row] - x, full.error[*row] - y);
-                (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
-            }
-            squares += yy - if xx > 0.0 { xy * xy / xx } else { 0.0 };
-            freedom += n - 2.0;
-        }
+        let groups: Vec<Vec<usize>> = groups.into_iter().filter(|rows| rows.len() > 2).collect();
+        let freedom: usize = groups.iter().map(|rows| rows.len() - 2).sum();
+        let about_lines = |place: &[f64]| -> f64 {
+            let about_one = |rows: &Vec<usize>| {
+                let n = rows.len() as f64;
+                let mean = |v: &[f64]| rows.iter().map(|row| v[*row]).sum::<f64>() / n;
+                let (x, y) = (mean(place), mean(&full.error));
+                let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+                for row in rows {
+                    let (dx, dy) = (place[*row] - x, full.error[*row] - y);
+                    (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
+                }
+                yy - if xx > 0.0 { xy * xy / xx } else { 0.0 }
+            };
+            groups.iter().map(about_one).sum()
+        };
+        // The error is the one less the other: where either stands still in a cell, the other's noise is on a line with it.
+        let squares = about_lines(&full.theta).max(about_lines(&full.truth));
         let per_cell = full.len() as f64 / cells.len() as f64;
         // Of the scatter within a cell its mean keeps a part already.
-        let within = if freedom > 0.0 { squares / freedom * (1.0 - 1.0 / per_cell) } else { 0.0 };
+        let within = if freedom > 0 { squares / freedom as f64 * (1.0 - 1.0 / per_cell) } else { 0.0 };
         (of_means * of_means + within.max(0.0)).sqrt()
     }
 }
@@ -116,7 +121,7 @@ fn averaged(rows: &Rows, cell_of: Vec<usize>, pass: Vec<i64>) -> Condensed {
         }
         sums.iter().zip(&count).map(|(s, n)| s / f64::from(*n)).collect()
     };
-    let mut condensed = rows.changed(pass, average);
+    let mut condensed = Rows { means: true, ..rows.changed(pass, average) };
     condensed.direction.iter_mut().for_each(|d| *d = if *d >= 0.0 { 1.0 } else { -1.0 });
     Condensed { rows: condensed, cell_of }
 }
@@ -134,9 +139,13 @@ fn ranges_of_angle(rows: &Rows) -> Condensed {
         index.push(current);
     }
     let passes = current + 1;
-    let ranges = (MOST_ROWS / passes).max(FEWEST_RANGES).min((n / passes).max(1));
-    let ranges = even_ranges(n / passes, ranges);
-    let group = (passes * ranges).div_ceil(MOST_ROWS).max(1);
+    // To the nearest: some rows may have been left out.
+    let length = (n + passes / 2) / passes;
+    let ranges = (MOST_ROWS / passes).max(FEWEST_RANGES).min(length.max(1));
+    let ranges = even_ranges(length, ranges);
+    // A group has cells of either direction: of one pass and of two there are equally many.
+    let least = (passes * ranges).div_ceil(MOST_ROWS).max(1);
+    let group = if least > 1 && passes >= 2 * least * FEWEST_GROUPS { 2 * least } else { least };
     let limits = limits(&rows.theta, ranges);
     let groups = passes.div_ceil(group);
     // Cell number: group, then forward cells upward, then backward cells downward, so that the order of the
@@ -212,22 +221,62 @@ mod tests {
         assert!(condensed.rows.t_s.windows(2).all(|w| w[1] >= w[0]));
     }
 
+    /// Two thousand rows in ten passes, whose errors are `error`; the reference stands where `truth` says.
+    fn ten_passes(truth: Vec<f64>, error: Vec<f64>) -> Rows {
+        let n = truth.len();
+        Rows {
+            t_s: (0..n).map(|i| i as f64).collect(),
+            pass: (0..n).map(|i| (i * 10 / n) as i64).collect(),
+            direction: vec![1.0; n],
+            theta: truth.iter().zip(&error).map(|(t, e)| t + e).collect(),
+            truth,
+            error,
+            ..Rows::default()
+        }
+    }
+
+    #[test]
+    fn cells_hold_whole_places_also_where_a_row_was_left_out() {
+        let (passes, places) = (300, 35);
+        let mut place: Vec<usize> = (0..passes * places).map(|i| i % places).collect();
+        place.remove(500);
+        let n = place.len();
+        let noise = crate::correlation::tests::white(n, 7);
+        let rows = Rows {
+            t_s: (0..n).map(|i| i as f64).collect(),
+            pass: (0..n).map(|i| ((i + usize::from(i >= 500)) / places) as i64).collect(),
+            direction: vec![1.0; n],
+            theta: place.iter().zip(&noise).map(|(p, e)| *p as f64 + 0.01 * e).collect(),
+            truth: place.iter().map(|p| *p as f64).collect(),
+            error: noise,
+            ..Rows::default()
+        };
+        let condensed = ranges_of_angle(&rows);
+        let whole = |truth: &f64| (truth - truth.round()).abs() < 0.1;
+        assert!(condensed.rows.truth.iter().all(whole), "{:?}", condensed.rows.truth);
+    }
+
     #[test]
     fn the_noise_of_a_reading_is_that_of_its_cells_of_two_and_within_them() {
         let n = 2000;
         let noise = crate::correlation::tests::white(n, 5);
-        let theta: Vec<f64> = (0..n).map(|i| (i % 200) as f64).collect();
-        let rows = Rows {
-            t_s: (0..n).map(|i| i as f64).collect(),
-            pass: (0..n).map(|i| (i / 200) as i64).collect(),
-            direction: vec![1.0; n],
-            error: theta.iter().zip(&noise).map(|(x, e)| 0.3 * x + e).collect(),
-            theta,
-            ..Rows::default()
-        };
+        let truth: Vec<f64> = (0..n).map(|i| 100.0 * (i % 200) as f64).collect();
+        let error = truth.iter().zip(&noise).map(|(x, e)| 0.003 * x + e).collect();
+        let rows = ten_passes(truth, error);
         let cell_of: Vec<usize> = (0..n).map(|i| i / 2).collect();
         let cells = Rows { t_s: vec![0.0; n / 2], ..Rows::default() };
         let found = Condensed::of_rows(&cells, &cell_of, &rows, 0.5_f64.sqrt());
+        assert!((found - 1.0).abs() < 0.03, "{found}");
+    }
+
+    #[test]
+    fn the_noise_within_cells_at_one_angle_is_no_slope() {
+        let (n, cells) = (2000, 20);
+        let truth: Vec<f64> = (0..n).map(|i| 100.0 * (i % cells) as f64).collect();
+        let rows = ten_passes(truth, crate::correlation::tests::white(n, 5));
+        let cell_of: Vec<usize> = (0..n).map(|i| i % cells).collect();
+        let means = Rows { t_s: vec![0.0; cells], ..Rows::default() };
+        let found = Condensed::of_rows(&means, &cell_of, &rows, 0.1);
         assert!((found - 1.0).abs() < 0.03, "{found}");
     }
 

@@ -10,7 +10,7 @@ use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
 use crate::generic::{saturated, scaled, slow_structure, times};
-use crate::noise::{Noise, estimate, estimate_white};
+use crate::noise::{Noise, estimate_white, estimate_with};
 use crate::rows::Rows;
 use crate::search::{self, Search, Term};
 use crate::thresholds::explain::{
@@ -105,7 +105,15 @@ impl Outset {
         let base = base_columns(rows, order);
         let covariates = covariates(rows);
         let slow = slow_structure(rows);
-        let noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
+        let noise = estimate_with(
+            &rows.error,
+            &rows.t_s,
+            &saturated(rows, &base),
+            &base,
+            &covariates,
+            &slow,
+            rows.sort(),
+        );
         Outset { order, base, covariates, slow, noise }
     }
 }
@@ -145,7 +153,7 @@ pub fn explain<'a>(rows: &'a Rows, outset: &Outset, catalogue: &'a [Effect], ski
             let all = saturated(rows, base);
             model.extend(all.into_iter().skip(base.len()));
         }
-        let noise = estimate(&rows.error, &rows.t_s, &model, &light, covariates, slow);
+        let noise = estimate_with(&rows.error, &rows.t_s, &model, &light, covariates, slow, rows.sort());
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
         let again =
@@ -176,7 +184,7 @@ pub fn explain<'a>(rows: &'a Rows, outset: &Outset, catalogue: &'a [Effect], ski
         terms.push(rest);
         // What is found is no noise.
         let model = columns_with(base, &terms);
-        let noise = estimate(&rows.error, &rows.t_s, &model, &model, covariates, slow);
+        let noise = estimate_with(&rows.error, &rows.t_s, &model, &model, covariates, slow, rows.sort());
         floor = floor.min(noise.as_read);
     }
     let search = last.unwrap_or(search);

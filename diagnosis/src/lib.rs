@@ -24,6 +24,7 @@ mod ambiguity;
 mod attempt;
 mod averaging;
 mod base;
+mod bursts;
 mod calibrate;
 pub mod compare;
 mod compose;

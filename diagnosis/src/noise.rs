@@ -1,12 +1,13 @@
 //! The noise floor and its covariance, from the recording itself: the scatter about a saturated model
 //! (base, every angle by itself, smooth in time, linear in every observable), robust against outliers,
-//! with a variance that may change along the recording and an autocorrelation from row to row.
+//! with a variance that may change along the recording or in bursts, and an autocorrelation from row to row.
 //!
 //! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary process that is forgotten with one time constant (see
 //! [`crate::correlation`]).
 
 use numerics::{Basis, dot, median};
 
+use crate::bursts;
 use crate::correlation::{Correlation, Process, Whitener, suspect};
 use crate::thresholds::noise::{ALONE, HAMPEL, MOST_CLEANED, VARIANCE_GAIN};
 
@@ -44,35 +45,35 @@ impl Noise {
     }
 }
 
+/// What observations are, and what is left of them.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Sort {
+    /// Readings one by one.
+    Readings,
+    /// Means over several readings, in which a burst is no stretch of its own.
+    Means,
+    /// Structure rather than noise: it has no memory, and its strong parts are no bursts.
+    Structure,
+}
+
+/// [`estimate_with`] where what is left is structure rather than noise: without a memory.
+pub fn estimate_white(y: &[f64], t_s: &[f64], model: &[Vec<f64>], covariates: &[Vec<f64>]) -> Noise {
+    estimate_with(y, t_s, model, model, covariates, &[], Sort::Structure)
+}
+
 /// Estimates the noise of `y`, read at `t_s`, about the span of `model` (raw columns). `covariates` are what
 /// the variance may depend on, centred; a dependence is kept only where it improves the likelihood clearly.
 /// `slow` are groups of columns that would be taken for correlated noise if they were left in; they and a step
 /// at any row (none without such groups) are looked for beside the model, and beside `light`, the least model,
 /// because a model that follows slow changes closely hides a jump nearly as well as correlation does.
-pub fn estimate(
+pub fn estimate_with(
     y: &[f64],
     t_s: &[f64],
     model: &[Vec<f64>],
     light: &[Vec<f64>],
     covariates: &[Vec<f64>],
     slow: &[Vec<Vec<f64>>],
-) -> Noise {
-    estimate_with(y, t_s, model, light, covariates, slow, true)
-}
-
-/// The same where what is left is structure rather than noise: without a memory.
-pub fn estimate_white(y: &[f64], t_s: &[f64], model: &[Vec<f64>], covariates: &[Vec<f64>]) -> Noise {
-    estimate_with(y, t_s, model, model, covariates, &[], false)
-}
-
-fn estimate_with(
-    y: &[f64],
-    t_s: &[f64],
-    model: &[Vec<f64>],
-    light: &[Vec<f64>],
-    covariates: &[Vec<f64>],
-    slow: &[Vec<Vec<f64>>],
-    with_memory: bool,
+    sort: Sort,
 ) -> Noise {
     let n = y.len();
     let mut shape = vec![1.0; n];
@@ -96,10 +97,16 @@ fn estimate_with(
         shape = fitted;
         (basis, clean) = robust_fit(y, model, &shape);
     }
+    if sort == Sort::Readings
+        && let Some(fitted) = with_bursts(y, &clean, &correlation, &basis, &shape)
+    {
+        shape = fitted;
+        (basis, clean) = robust_fit(y, model, &shape);
+    }
     let residual = standardised(&clean, &basis, &shape);
-    let posterior = match with_memory {
-        true => correlation.posterior(&clean, model, &shape),
-        false => vec![(Process::white(), 1.0)],
+    let posterior = match sort {
+        Sort::Readings | Sort::Means => correlation.posterior(&clean, model, &shape),
+        Sort::Structure => vec![(Process::white(), 1.0)],
     };
     let correlation = correlation.with(&Process::mean(&posterior));
 
@@ -140,6 +147,27 @@ fn estimate_with(
         whitened_residual: r,
         ..unit
     }
+}
+
+/// σ at every row with the bursts that the observations show as they were read; none where they show none.
+fn with_bursts(
+    y: &[f64],
+    clean: &[f64],
+    none: &Correlation,
+    basis: &Basis,
+    shape: &[f64],
+) -> Option<Vec<f64>> {
+    let mut residual = standardised(clean, basis, shape);
+    for (((residual, y), clean), shape) in residual.iter_mut().zip(y).zip(clean).zip(shape) {
+        *residual += (y - clean) / shape;
+    }
+    let mut absolute: Vec<f64> = residual.iter().map(|r| r.abs()).collect();
+    let far = HAMPEL.0 * 1.482_6 * median(&mut absolute);
+    // What something holds up for a while is no burst.
+    let apart = |i: usize| if residual[i].abs() > far { alone(&residual, i) } else { residual[i] };
+    let apart = (0..residual.len()).map(apart).collect();
+    let louder = bursts::louder(&what_is_new(none, apart, basis))?;
+    Some(louder.iter().zip(shape).map(|(louder, shape)| louder * shape).collect())
 }
 
 /// How many times the noise of cleaned observations that of the observations as they were read is. An outlier lies as far from
@@ -319,6 +347,19 @@ fn variance_shape(squares: &[f64], covariates: &[Vec<f64>]) -> Vec<f64> {
     }
     let centre = numerics::mean(&log_variance);
     log_variance.iter().map(|l| (0.5 * (l - centre)).clamp(-2.5, 2.5).exp()).collect()
+}
+
+/// [`estimate_with`] of readings.
+#[cfg(test)]
+pub fn estimate(
+    y: &[f64],
+    t_s: &[f64],
+    model: &[Vec<f64>],
+    light: &[Vec<f64>],
+    covariates: &[Vec<f64>],
+    slow: &[Vec<Vec<f64>>],
+) -> Noise {
+    estimate_with(y, t_s, model, light, covariates, slow, Sort::Readings)
 }
 
 #[cfg(test)]

@@ -78,6 +78,7 @@ pub fn observe(
         .filter_map(|c| usable(&c.name, &c.values).map(|values| Column { name: c.name.clone(), values }))
         .collect();
     let mut rows = Rows {
+        means: false,
         unit: sensor.error_unit().to_string(),
         pair: matches!(sensor, Sensor::EddyCurrentPair { .. }),
         t_s: recording.time_s.to_vec(),

@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::noise::Sort;
 use crate::thresholds::rows::SAME_PLACE;
 use fitter::turn::Turn;
 use numerics::{least_squares, mean, median, range};
@@ -24,6 +25,8 @@ pub struct Rows {
     pub unit: String,
     /// Whether the sensor is an eddy-current pair (Eq. 6) or reports the angle or position itself.
     pub pair: bool,
+    /// Whether a row is the mean of several readings.
+    pub means: bool,
     /// Time in seconds, not decreasing.
     pub t_s: Vec<f64>,
     /// Number of the pass.
@@ -63,6 +66,11 @@ pub struct Rows {
 }
 
 impl Rows {
+    /// What its rows are for an estimate of their noise.
+    pub fn sort(&self) -> Sort {
+        if self.means { Sort::Means } else { Sort::Readings }
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.t_s.len()
@@ -193,6 +201,7 @@ impl Rows {
         Rows {
             unit: self.unit.clone(),
             pair: self.pair,
+            means: self.means,
             t_s: change(&self.t_s),
             pass,
             direction: change(&self.direction),

@@ -64,6 +64,7 @@ fn joined(then: &Rows, now: &Rows) -> Rows {
         Some(Column { name: column.name.clone(), values: of(&column.values, &other.values) })
     });
     Rows {
+        means: then.means || now.means,
         unit: then.unit.clone(),
         pair: then.pair,
         t_s: of(&then.t_s, &now.t_s.iter().map(|t| t + later).collect::<Vec<f64>>()),

@@ -10,7 +10,7 @@ use crate::diagnosis::Outcome;
 use crate::effects::Effect;
 use crate::explain::covariates;
 use crate::generic::slow_structure;
-use crate::noise::{Noise, estimate};
+use crate::noise::{Noise, estimate_with};
 use crate::rows::Rows;
 use crate::thresholds::compare::{FALSE_ALARMS, ZEROS};
 use crate::verdict::{angle_name, values_of};
@@ -157,7 +157,15 @@ impl<'a> Pair<'a> {
     fn noise(&self, design: &Design, events: &[Event], recording: usize) -> Noise {
         let rows = self.rows(recording);
         let model = [self.model(design, recording), events.concat()].concat();
-        estimate(&rows.error, &rows.t_s, &model, &model, &covariates(rows), &slow_structure(rows))
+        estimate_with(
+            &rows.error,
+            &rows.t_s,
+            &model,
+            &model,
+            &covariates(rows),
+            &slow_structure(rows),
+            rows.sort(),
+        )
     }
 
     /// Says where the recordings were taken under other conditions, which may be what changed.

@@ -44,13 +44,16 @@ pub struct Deviation {
 impl Surroundings {
     pub fn new(angle: &[f64], time: &[f64], direction: &[f64]) -> Surroundings {
         let n = angle.len();
-        let mut by_angle: Vec<usize> = (0..n).collect();
-        by_angle.sort_by(|a, b| angle[*a].total_cmp(&angle[*b]));
-        let mut rank = vec![0; n];
-        by_angle.iter().enumerate().for_each(|(k, row)| rank[*row] = k);
         let mut steps: Vec<f64> =
             angle.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|s| *s > 0.0).collect();
         let same = limits::SAME_ANGLE * if steps.is_empty() { 0.0 } else { median(&mut steps) };
+        // Rows at the same angle are ordered by the time: by the angle itself, which has noise, those would be nearest whose
+        // noise is alike.
+        let place = |row: usize| if same > 0.0 { (angle[row] / same).round() } else { angle[row] };
+        let mut by_angle: Vec<usize> = (0..n).collect();
+        by_angle.sort_by(|a, b| place(*a).total_cmp(&place(*b)));
+        let mut rank = vec![0; n];
+        by_angle.iter().enumerate().for_each(|(k, row)| rank[*row] = k);
         let nearest = |row: usize, own: bool| {
             let mut found = Vec::with_capacity(limits::AT_ANGLE);
             let (mut below, mut above) = (rank[row], rank[row] + 1);
@@ -58,8 +61,9 @@ impl Surroundings {
             let end = (rank[row] + 4 * limits::AT_ANGLE + 8).min(n);
             let start = rank[row].saturating_sub(4 * limits::AT_ANGLE + 8);
             while found.len() < limits::AT_ANGLE && (below > start || above < end) {
-                let low = (below > start).then(|| (angle[row] - angle[by_angle[below - 1]]).abs());
-                let high = (above < end).then(|| (angle[by_angle[above]] - angle[row]).abs());
+                let distance = |other: usize| ((place(row) - place(other)).abs(), row.abs_diff(other));
+                let low = (below > start).then(|| distance(by_angle[below - 1]));
+                let high = (above < end).then(|| distance(by_angle[above]));
                 let other = if high.is_none() || low.is_some_and(|low| high.is_some_and(|high| low <= high)) {
                     below -= 1;
                     by_angle[below]

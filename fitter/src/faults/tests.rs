@@ -43,6 +43,33 @@ fn a_clean_recording_loses_nothing() {
     assert!(screened.notes.is_empty(), "{:?}", screened.notes);
 }
 
+/// A number from 0 to 1, as if drawn.
+fn even(seed: u64) -> f64 {
+    let mut z = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (z ^ (z >> 31)) as f64 / u64::MAX as f64
+}
+
+/// The reference stands at the same twelve places in every one of 80 passes, so that the error goes with the reading's noise.
+#[test]
+fn noise_at_places_that_repeat_is_no_bad_cell() {
+    let mut text = String::from("t_s,pass,direction,measured,reference\n");
+    for row in 0..960_u32 {
+        let (pass, k) = (row / 12, row % 12);
+        let place = if pass.is_multiple_of(2) { k } else { 11 - k };
+        // Twelve even draws are nearly normal together.
+        let noise = 1e-4 * ((0..12).map(|k| even(u64::from(12 * row + k))).sum::<f64>() - 6.0);
+        let reference = 0.1 * f64::from(place);
+        let direction = if pass.is_multiple_of(2) { 1 } else { -1 };
+        text += &format!("{},{pass},{direction},{:.7},{reference:.7}\n", 3 * row, reference + noise);
+    }
+    let recording = Recording::from_bytes("repeated.csv", text.as_bytes()).unwrap();
+    let mirror = crate::Mirror::parse("mirror.toml", "[sensor]\nkind = \"direct\"\nunit = \"mm\"").unwrap();
+    let screened = screen(Cow::Borrowed(&recording), &mirror.sensor).unwrap();
+    assert_eq!(screened.bad_rows, []);
+}
+
 /// Eight and more times the scatter of a row: probes 34 nm, autocollimator and probes 0.55 arcsec together, thermometer
 /// 0.02 K, intervals 0.3 s; codes and the largest numbers as well.
 #[test]
