@@ -1,7 +1,7 @@
 //! What a recording does not tell apart although it matters in others: two effects that fit alike where the angle and the
-//! columns moved together, and say different things where they come together differently.
+//! columns moved together or kept to one range, and say different things elsewhere.
 
-use numerics::{add_scaled, centred, dot, least_squares, rms};
+use numerics::{add_scaled, centred, dot, least_squares, range, rms};
 
 use crate::effects::Effect;
 use crate::explain::Explanation;
@@ -51,7 +51,7 @@ pub fn conflicts<'e, 'a>(
 }
 
 /// An effect that does nearly as well in the term's place beside the others, would show in other recordings of the device as
-/// well, and disagrees with it where the columns come at another time; with its odds. Only what needs no shape to be searched
+/// well, and disagrees with it there; with its odds. Only what needs no shape to be searched
 /// counts: with one nearly everything is imitated by something far-fetched.
 fn conflicting_rival(
     explanation: &Explanation,
@@ -74,8 +74,8 @@ fn conflicting_rival(
     let as_good = |found: &&Found| better_by(found) > -ALTERNATIVE_MARGIN;
     // A richer form of the term is no other effect: what it adds was not needed here.
     let holds = |found: &&Found| term.columns.iter().all(|column| contained(column, &found.term.columns));
-    let shifted = SHIFTS.map(|part| shifted_columns(rows, part));
-    // For every shift what base and terms say where the last term sees the shifted columns, and that term's part of it.
+    let others_like_it = other_recordings(rows);
+    // For each of them what base and terms say where the last term sees its columns, and that term's part of it.
     let predicted = |added: &Term| -> Option<Vec<[Vec<f64>; 2]>> {
         let model = predictive(explanation, &with(added), order);
         let (last, e) = (model.terms.last()?, search.effect(added.family)?);
@@ -89,7 +89,7 @@ fn conflicting_rival(
             let whole: Vec<f64> = others.iter().zip(&part).map(|(o, p)| o + p).collect();
             [centred(&whole), centred(&part)]
         };
-        Some(shifted.iter().map(under).collect())
+        Some(others_like_it.iter().map(under).collect())
     };
     let own = predicted(term)?;
     let disagrees = |found: &&Found| {
@@ -115,15 +115,31 @@ pub fn contained(column: &[f64], others: &[Vec<f64>]) -> bool {
     least_squares(others, column).rss < CONTAINED * dot(column, column)
 }
 
-/// The rows with what was recorded beside the angle that part of the recording later. What goes with the angle does so in any
-/// recording; that a temperature does is chance.
-fn shifted_columns(rows: &Rows, part: f64) -> Rows {
-    let mut later = rows.clone();
-    let (by, x) = ((part * rows.len() as f64) as usize, rows.scaled_reading());
-    let of_the_device = [&mut later.common_mode_um, &mut later.cross_arcsec, &mut later.coil_a];
-    let further = later.extra.iter_mut().map(|column| &mut column.values);
+/// What other recordings of the device may hold: the columns come at another time, or go on beyond either end of their range.
+fn other_recordings(rows: &Rows) -> Vec<Rows> {
+    let later = SHIFTS.map(|part| {
+        let by = (part * rows.len() as f64) as usize;
+        with_columns(rows, |column| column.rotate_left(by))
+    });
+    let beyond = [0, 1].map(|end| {
+        with_columns(rows, |column| {
+            let (low, high) = range(column);
+            let end = [low, high][end];
+            column.iter_mut().for_each(|v| *v = 2.0 * end - *v);
+        })
+    });
+    later.into_iter().chain(beyond).collect()
+}
+
+/// The rows with what was recorded beside the angle changed. What goes with the angle does so in any recording; that a
+/// temperature does is chance.
+fn with_columns(rows: &Rows, change: impl Fn(&mut Vec<f64>)) -> Rows {
+    let mut other = rows.clone();
+    let x = rows.scaled_reading();
+    let of_the_device = [&mut other.common_mode_um, &mut other.cross_arcsec, &mut other.coil_a];
+    let further = other.extra.iter_mut().map(|column| &mut column.values);
     let by_itself = |column: &&mut Vec<f64>| beside_the_angle(column, &x).is_none();
     let of_the_device = of_the_device.into_iter().flatten().chain(further).filter(by_itself);
-    later.temperature_c.iter_mut().chain(of_the_device).for_each(|column| column.rotate_left(by));
-    later
+    other.temperature_c.iter_mut().chain(of_the_device).for_each(change);
+    other
 }

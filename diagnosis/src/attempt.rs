@@ -21,6 +21,7 @@ use crate::lasting::in_likeliest_noise;
 use crate::model::{self, Model};
 use crate::reach::reach;
 use crate::search::Term;
+use crate::thresholds::AT_FLOOR;
 use crate::thresholds::attempt::CLEARLY;
 use crate::thresholds::verdict::MOST_ALTERNATIVES;
 use crate::verdict::{self, Said, Verdict};
@@ -151,10 +152,11 @@ fn best_of<'a>(
 ) -> Result<Attempt<'a>, String> {
     let Found { explanation, gross } = found;
     let first = attempt(explanation, hand_on, accuracy)?;
-    let accounted = matches!(first.said.verdict, Verdict::Explained | Verdict::Described);
-    let Some(floor) = gross.filter(|_| !accounted) else {
+    let Some(floor) = gross else { return Ok(first) };
+    let of_rows = Condensed::of_rows(hand_on.rows, hand_on.cell_of, hand_on.full, floor);
+    if !first.leaves_structure() && first.left() < AT_FLOOR * of_rows {
         return Ok(first);
-    };
+    }
     let second = explain_gross(hand_on.rows, hand_on.outset, hand_on.catalogue, skip, floor)
         .and_then(|explanation| attempt(explanation, hand_on, accuracy).ok());
     Ok(match second {
@@ -169,7 +171,9 @@ fn attempt<'a>(
     hand_on: &HandOn<'a>,
     accuracy: Option<f64>,
 ) -> Result<Attempt<'a>, String> {
-    judged(in_likeliest_noise(explanation), hand_on, accuracy, None)
+    let mut explanation = in_likeliest_noise(explanation);
+    model::settle_shapes(&mut explanation, hand_on.catalogue);
+    judged(explanation, hand_on, accuracy, None)
 }
 
 /// Judges one explanation in the noise in which it was found. `with_forms` is that of the same recording with forms among the

@@ -13,7 +13,8 @@ use crate::generic;
 use crate::jumps::Jumps;
 use crate::rows::Rows;
 use crate::thresholds::dictionary::{
-    HIGHEST_OF_A_MOVE, HIGHEST_ORDER, SMALLEST_PART, SMALLEST_PART_MEASURED, TOGETHER,
+    HIGHEST_OF_A_MOVE, HIGHEST_ORDER, SMALLEST_PART, SMALLEST_PART_MEASURED, SMALLEST_PART_OF_ONE_TIME,
+    TOGETHER,
 };
 
 /// What a family stands for.
@@ -165,7 +166,10 @@ impl Dictionary {
                 _ => None,
             };
             let own = effect.own_columns();
-            let of_effect = Family { own, begins, ..Family::of(Kind::Effect(index), effect.measured) };
+            let mut of_effect = Family { own, begins, ..Family::of(Kind::Effect(index), effect.measured) };
+            if effect.is_form() && effect.of_one_time {
+                of_effect.smallest_part = SMALLEST_PART_OF_ONE_TIME;
+            }
             d.add(of_effect, groups);
         }
         for family in generic {

@@ -18,8 +18,8 @@ use crate::noise::Noise;
 use crate::rows::Rows;
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::intervals::{
-    DETERMINED, DIVISIONS, HIDDEN, MOST_DIVIDED, MOST_SEARCHED, NEGLIGIBLE, PARTS, PARTS_OF_MANY, STEP_REACH,
-    UNEVEN,
+    CENTRAL, DETERMINED, DIVISIONS, HIDDEN, LEAST_OWN, MOST_DIVIDED, MOST_SEARCHED, NEARLY, NEGLIGIBLE,
+    PARTS, PARTS_OF_MANY, STEP_REACH, UNEVEN,
 };
 
 /// Ratio of Student's 97.5 % quantile at `freedom` degrees to the normal one.
@@ -223,6 +223,40 @@ impl Beside<'_> {
         let total: f64 = places.iter().map(|p| p.weight).sum();
         places.iter_mut().for_each(|p| p.weight /= total);
         places
+    }
+
+    /// A better shape where `shape` lies outside the central part of what the recording allows: the middle of that, which says
+    /// least that is wrong of other recordings where the likeliest shape is the far end of a range in which nothing was read,
+    /// such as a threshold between two temperatures. Where the middle is less likely, the likeliest shape of all.
+    pub fn settled(&self, effect: &Effect, shape: &[f64]) -> Option<Vec<f64>> {
+        let (places, over) = (self.weighed(effect, shape), effect.over(self.rows));
+        let at = |k: usize, part: f64| {
+            let on_axis = |p: &Place| Part { weight: p.weight, value: p.shape[k], deviation: 0.0 };
+            quantile(&places.iter().map(on_axis).collect::<Vec<Part>>(), part)
+        };
+        let outside = |k: usize| shape[k] < at(k, CENTRAL[0]) || shape[k] > at(k, CENTRAL[1]);
+        if effect.begins_at_a_row || places.is_empty() || !(0..shape.len()).any(outside) {
+            return None;
+        }
+        let here = self.place(&over, shape)?;
+        let best = places.iter().max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?;
+        // The part of what it adds that the base and the others cannot make.
+        let own = |place: &Place| {
+            let mut sum = vec![0.0; self.rows.len()];
+            let columns = over.signature(&place.shape);
+            place.amplitudes.iter().zip(&columns).for_each(|(a, column)| add_scaled(&mut sum, *a, column));
+            let left = (2.0 * place.log_likelihood).sqrt() * self.widening;
+            let whitened = self.whitener.whiten(&sum);
+            left / dot(&whitened, &whitened).sqrt()
+        };
+        let likely = |place: &Place| place.log_likelihood > best.log_likelihood - NEARLY;
+        let middle: Vec<f64> = (0..shape.len()).map(|k| at(k, 0.5)).collect();
+        let middle = over.possible_shape(&middle).then(|| self.place(&over, &middle)).flatten();
+        let better = |place: &Place| likely(place) && own(place) > LEAST_OWN;
+        match middle.filter(better) {
+            Some(middle) => Some(middle.shape),
+            None => (!likely(&here) && better(best)).then(|| best.shape.clone()),
+        }
     }
 
     /// The parameters of a fitted effect with their intervals, averaged over the model and those with one of

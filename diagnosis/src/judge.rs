@@ -300,12 +300,15 @@ impl<'a> Judge<'a, '_> {
     }
 
     /// States the parameters as the handed-on model holds them: beside structure without a name, and in means of rows,
-    /// the fit has others.
+    /// the fit has others. An interval of means goes with the estimate of all rows, which is no less certain.
     fn as_handed_on(&self, joint: &mut Model, handed: &Model, refitted: &Coefficients) {
         for (of, readings) in handed.terms.iter().zip(self.hand_on.parameters(refitted, handed)) {
             let same = |t: &&mut FittedTerm| t.term.family == of.term.family && t.term.shape == of.term.shape;
             let Some(term) = joint.terms.iter_mut().find(same) else { continue };
-            for ((stated, _), reading) in term.parameters.iter_mut().zip(readings.into_iter().flatten()) {
+            for ((stated, ci95), reading) in term.parameters.iter_mut().zip(readings.into_iter().flatten()) {
+                if self.hand_on.rows.means {
+                    ci95.iter_mut().for_each(|end| *end += reading.value - stated.value);
+                }
                 *stated = reading;
             }
         }

@@ -236,6 +236,26 @@ pub fn fit(explanation: &Explanation, catalogue: &[Effect], terms: &[Term], orde
     model
 }
 
+/// Moves shapes that lie at an end of what the recording allows, or outside it, to its middle: see [`Beside::settled`].
+pub fn settle_shapes(explanation: &mut Explanation, catalogue: &[Effect]) {
+    let fitted: Vec<Term> =
+        explanation.terms.iter().filter(|t| !explanation.search.is_order(t.family)).cloned().collect();
+    let order = choose_order(explanation, &fitted).max(first_order(explanation.search.rows));
+    let Explanation { search, terms, .. } = explanation;
+    let joint = Joint::of(search, &fitted, order);
+    let left = without_steps(search, catalogue, &joint, &fitted);
+    let tangents = Tangents::of(search, catalogue, &joint, &fitted);
+    let mut shapes = joint.places(&fitted).into_iter().enumerate().map(|(index, (term, own))| {
+        let effect = &catalogue[search.effect(term.family)?];
+        tangents.beside(search, &joint, own.start, index, &left[index]).settled(effect, &term.shape)
+    });
+    for term in terms.iter_mut().filter(|t| !search.is_order(t.family)) {
+        let (Some(Some(shape)), Some(e)) = (shapes.next(), search.effect(term.family)) else { continue };
+        term.columns = Arc::new(catalogue[e].signature(search.rows, &shape));
+        term.shape = shape;
+    }
+}
+
 /// The whitened columns with the tangents of the shapes beside them, which the intervals allow for.
 struct Tangents {
     columns: Vec<Vec<f64>>,

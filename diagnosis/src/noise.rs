@@ -9,6 +9,7 @@ use numerics::{Basis, dot, median};
 
 use crate::bursts;
 use crate::correlation::{Correlation, Process, Whitener, suspect};
+use crate::thresholds::noise::bursts::MOST_REMEMBERED;
 use crate::thresholds::noise::{ALONE, HAMPEL, MOST_CLEANED, VARIANCE_GAIN};
 
 /// The noise of a recording.
@@ -165,7 +166,11 @@ fn with_bursts(
     let far = HAMPEL.0 * 1.482_6 * median(&mut absolute);
     // What something holds up for a while is no burst.
     let apart = |i: usize| if residual[i].abs() > far { alone(&residual, i) } else { residual[i] };
-    let apart = (0..residual.len()).map(apart).collect();
+    let apart: Vec<f64> = (0..residual.len()).map(apart).collect();
+    // Where noise remembers, a stretch far off looks like one that is loud.
+    if of_predecessor(&apart) > MOST_REMEMBERED {
+        return None;
+    }
     let louder = bursts::louder(&what_is_new(none, apart, basis))?;
     Some(louder.iter().zip(shape).map(|(louder, shape)| louder * shape).collect())
 }
@@ -284,8 +289,7 @@ fn what_is_new(none: &Correlation, residual: Vec<f64>, basis: &Basis) -> Vec<f64
         let leverage = |i: usize| (0..basis.rank()).map(|k| basis.columns.get(k)[i].powi(2)).sum::<f64>();
         residual.iter().enumerate().map(|(i, r)| r * r / (1.0 - leverage(i)).max(0.2)).collect()
     };
-    let lagged: f64 = residual.windows(2).map(|w| w[0] * w[1]).sum();
-    let typical = lagged / dot(&residual, &residual).max(1e-300);
+    let typical = of_predecessor(&residual);
     if typical <= 0.0 {
         return given_back(&residual, basis);
     }
@@ -297,6 +301,12 @@ fn what_is_new(none: &Correlation, residual: Vec<f64>, basis: &Basis) -> Vec<f64
     let mut new = correlation.whiten(residual.into_iter());
     whitened.project_off(&mut new);
     given_back(&new, &whitened)
+}
+
+/// The part that a residual has of its predecessor.
+fn of_predecessor(residual: &[f64]) -> f64 {
+    let lagged: f64 = residual.windows(2).map(|w| w[0] * w[1]).sum();
+    lagged / dot(residual, residual).max(1e-300)
 }
 
 /// σ relative to its geometric mean at every row, from the squares of the residuals: log σ² linear in the

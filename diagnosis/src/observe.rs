@@ -9,7 +9,7 @@ use numerics::{mean, range};
 
 use crate::content::is_noise_alone;
 use crate::error::DiagnosisError;
-use crate::rows::{Column, Rows};
+use crate::rows::{Column, Rows, pauses};
 use crate::slow_channel::without_noise;
 use crate::thresholds::observe::FEWEST_ROWS;
 
@@ -82,6 +82,7 @@ pub fn observe(
         unit: sensor.error_unit().to_string(),
         pair: matches!(sensor, Sensor::EddyCurrentPair { .. }),
         t_s: recording.time_s.to_vec(),
+        pauses_s: pauses(&recording.time_s),
         pass: recording.pass.iter().map(|p| i64::from(*p)).collect(),
         direction: recording.direction.iter().map(|d| f64::from(*d)).collect(),
         reading,

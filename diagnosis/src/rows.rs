@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use crate::noise::Sort;
-use crate::thresholds::rows::SAME_PLACE;
+use crate::thresholds::rows::{COMMON, PAUSE, SAME_PLACE};
 use fitter::turn::Turn;
 use numerics::{least_squares, mean, median, range};
 
@@ -29,6 +29,8 @@ pub struct Rows {
     pub means: bool,
     /// Time in seconds, not decreasing.
     pub t_s: Vec<f64>,
+    /// Times in seconds, each the middle of a pause between two readings. Means over readings do not show them.
+    pub pauses_s: Vec<f64>,
     /// Number of the pass.
     pub pass: Vec<i64>,
     /// +1 forward, −1 backward.
@@ -203,6 +205,7 @@ impl Rows {
             pair: self.pair,
             means: self.means,
             t_s: change(&self.t_s),
+            pauses_s: self.pauses_s.clone(),
             pass,
             direction: change(&self.direction),
             reading: change(&self.reading),
@@ -228,6 +231,15 @@ impl Rows {
     }
 }
 
+/// The middle of every pause between readings at these times, in seconds. Gaps that are common are no pauses.
+pub fn pauses(t_s: &[f64]) -> Vec<f64> {
+    let gap = |pair: &[f64]| pair[1] - pair[0];
+    let usual = median(&mut t_s.windows(2).map(gap).filter(|gap| *gap > 0.0).collect::<Vec<f64>>());
+    let is_pause = |pair: &&[f64]| gap(pair) > PAUSE * usual;
+    let pauses: Vec<f64> = t_s.windows(2).filter(is_pause).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
+    if pauses.len() as f64 > COMMON * t_s.len() as f64 { Vec::new() } else { pauses }
+}
+
 /// Distances between neighbouring positions.
 fn steps_apart(angles: &[f64]) -> Vec<f64> {
     let mut sorted = angles.to_vec();
@@ -236,4 +248,26 @@ fn steps_apart(angles: &[f64]) -> Vec<f64> {
     let (_, largest) = range(&steps);
     steps.retain(|step| *step > SAME_PLACE * largest);
     steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::pauses;
+
+    #[test]
+    fn a_gap_that_is_common_is_no_pause() {
+        let times = |gap: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            let mut t = 0.0;
+            (0..60)
+                .map(|k| {
+                    t += gap(k);
+                    t
+                })
+                .collect()
+        };
+        assert_eq!(pauses(&times(&|k| if k == 30 { 21.0 } else { 1.0 })), [40.5]);
+        assert_eq!(pauses(&times(&|k| if k % 2 == 0 { 30.0 } else { 1.0 })), [0.0; 0]);
+        // Several readings have one time.
+        assert_eq!(pauses(&times(&|k| if k % 3 == 0 { 1.0 } else { 0.0 })), [0.0; 0]);
+    }
 }

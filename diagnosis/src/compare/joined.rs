@@ -63,11 +63,15 @@ fn joined(then: &Rows, now: &Rows) -> Rows {
         let other = now.extra.iter().find(|other| other.name == column.name)?;
         Some(Column { name: column.name.clone(), values: of(&column.values, &other.values) })
     });
+    let between = 0.5 * (last + first + later);
+    let pauses_s =
+        then.pauses_s.iter().copied().chain([between]).chain(now.pauses_s.iter().map(|t| t + later));
     Rows {
         means: then.means || now.means,
         unit: then.unit.clone(),
         pair: then.pair,
         t_s: of(&then.t_s, &now.t_s.iter().map(|t| t + later).collect::<Vec<f64>>()),
+        pauses_s: pauses_s.collect(),
         pass: then.pass.iter().copied().chain(now.pass.iter().map(|pass| pass + passes)).collect(),
         direction: of(&then.direction, &now.direction),
         reading: of(&then.reading, &now.reading),

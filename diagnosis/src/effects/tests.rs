@@ -3,7 +3,7 @@
 use fitter::terms::Operator;
 
 use super::{Handed, Origin, catalogue_in, composed, curves, listed};
-use crate::rows::Rows;
+use crate::rows::{Rows, pauses};
 use fitter::error_model::Sensor;
 
 #[test]
@@ -131,6 +131,7 @@ fn what_is_missing_since_the_start_and_pauses_fades() {
     let mut rows = rows();
     // 38 s pass between rows 39 and 40, where 2 s are usual.
     rows.t_s.iter_mut().skip(40).for_each(|t| *t += 36.0);
+    rows.pauses_s = pauses(&rows.t_s);
     let sensor = Sensor::EddyCurrentPair { probe_distance_mm: 12.0, initial_gap_mm: 0.3 };
     let forms = composed(&["coil_a"], &sensor, &[]);
     let of = |id: &str| forms.iter().find(|form| form.id == id).unwrap();

@@ -2,12 +2,10 @@
 //! is fitted: a further amplitude for each such time, which fades with the effect's time constant. It belongs to the recording.
 
 use fitter::terms::{Expressed, ExpressionFactor};
-use numerics::median;
 use physics::{MISSING, Since, Unit};
 
 use super::Effect;
 use crate::rows::Rows;
-use crate::thresholds::effects::unsettled::PAUSE;
 
 impl Effect {
     /// Since when it is not known how far it had come, and the parameter with which that fades; none where it is.
@@ -24,7 +22,7 @@ impl Effect {
         match self.unsettled() {
             None => Vec::new(),
             Some((Since::Start, _)) => first.into_iter().collect(),
-            Some((Since::Pauses, _)) => first.into_iter().chain(pauses(&rows.t_s)).collect(),
+            Some((Since::Pauses, _)) => first.into_iter().chain(rows.pauses_s.iter().copied()).collect(),
         }
     }
 
@@ -35,7 +33,7 @@ impl Effect {
 
     /// Whether the recording has the pauses after which it would be unsettled.
     pub(super) fn may_be_unsettled(&self, rows: &Rows) -> bool {
-        !matches!(self.unsettled(), Some((Since::Pauses, _))) || !pauses(&rows.t_s).is_empty()
+        !matches!(self.unsettled(), Some((Since::Pauses, _))) || !rows.pauses_s.is_empty()
     }
 
     /// A column over the rows for each of these times: 1 at it, fading after it, 0 before it.
@@ -81,12 +79,4 @@ impl Effect {
 /// The name of a factor of what is missing.
 fn missing(k: usize) -> String {
     format!("{MISSING}{}", k + 1)
-}
-
-/// The middle of every pause between rows, in seconds.
-fn pauses(t_s: &[f64]) -> Vec<f64> {
-    let steps = || t_s.windows(2).map(|pair| pair[1] - pair[0]);
-    let usual = median(&mut steps().collect::<Vec<f64>>());
-    let is_pause = |pair: &&[f64]| pair[1] - pair[0] > PAUSE * usual;
-    t_s.windows(2).filter(is_pause).map(|pair| 0.5 * (pair[0] + pair[1])).collect()
 }

@@ -124,6 +124,52 @@ fn what_lets_go_at_a_temperature_is_no_two_steps() {
 }
 
 #[test]
+fn a_threshold_between_two_temperatures_is_put_in_their_middle() {
+    for seed in 1..=3 {
+        let (scene, mut draw) = (scene(), normal(seed));
+        let path = recording(scene.folder.path(), "r.csv", 7, |row, cells| {
+            // Up and down from 14 to 38 °C, and quickly from 22 to 30 °C: nothing is read between them.
+            let part = ((row as f64 / 41.0) % 2.0 - 1.0).abs();
+            let temperature = 14.0 + 16.0 * part + if part < 0.5 { 0.0 } else { 8.0 };
+            let angle = if row / 31 % 2 == 0 { row % 31 } else { 30 - row % 31 };
+            let angle = 360.0 * angle as f64 - 5400.0;
+            let lets_go = 2.5 * ((temperature - 26.0) / 0.6_f64).tanh();
+            cells[5] = format!("{:.3}", 0.97 * angle - lets_go + 0.5 * draw());
+            cells[6] = format!("{temperature:.3}");
+        });
+        let (output, out) = scene.diagnose(&[&path], &["--no-report"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let json = scene.json(&out, "r");
+        assert_eq!(json["effects"][0]["formula"], "k * tanh((temperature_c - at) / width)", "{seed}");
+        let parameters = json["effects"][0]["parameters"].as_array().expect("parameters");
+        let at = parameters.iter().find(|p| p["name"] == "at").and_then(|p| p["value"].as_f64());
+        assert!(at.is_some_and(|at| (25.0..27.0).contains(&at)), "seed {seed}: {at:?} °C");
+    }
+}
+
+#[test]
+fn a_leak_of_one_sign_is_handed_on_with_its_square() {
+    let (scene, mut draw) = (scene(), normal(3));
+    let path = recording(scene.folder.path(), "r.csv", 6, |row, cells| {
+        let cross = 1.0 + 0.7 * (0.37 * row as f64).sin();
+        let angle = if row / 31 % 2 == 0 { row % 31 } else { 30 - row % 31 };
+        let angle = 360.0 * angle as f64 - 5400.0;
+        cells[5] = format!("{:.3}", 0.97 * angle - 0.9 * cross + 0.5 * draw());
+        cells.push(format!("{cross:.4}"));
+    });
+    let text = std::fs::read_to_string(&path).expect("a recording");
+    std::fs::write(&path, text.replacen("temperature_c", "temperature_c,cross_arcsec", 1)).expect("a file");
+    let (output, out) = scene.diagnose(&[&path], &["--no-report"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json = scene.json(&out, "r");
+    assert_eq!(said(&json).0, "explained [\"cross_axis_coupling\"]");
+    let sentences = json["unidentifiable"].as_array().expect("sentences");
+    let is_mean =
+        |s: &Value| s.as_str().is_some_and(|s| s.contains("square_cross_arcsec") && s.contains("their mean"));
+    assert!(sentences.iter().any(is_mean), "{sentences:?}");
+}
+
+#[test]
 fn a_fan_that_a_thermostat_switches_is_described() {
     // On above 30 °C, off below 20 °C; what it cools follows within 10 s.
     let (mut runs, mut cooled) = (false, 0.0);
