@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use crate::noise::Sort;
-use crate::thresholds::rows::{COMMON, PAUSE, SAME_PLACE};
+use crate::thresholds::rows::{COMMON, MOST_PAUSES, PAUSE, SAME_PLACE};
 use fitter::turn::Turn;
 use numerics::{least_squares, mean, median, range};
 
@@ -231,13 +231,14 @@ impl Rows {
     }
 }
 
-/// The middle of every pause between readings at these times, in seconds. Gaps that are common are no pauses.
+/// The middle of every pause between readings at these times, in seconds. Gaps that are common or many are no pauses.
 pub fn pauses(t_s: &[f64]) -> Vec<f64> {
     let gap = |pair: &[f64]| pair[1] - pair[0];
     let usual = median(&mut t_s.windows(2).map(gap).filter(|gap| *gap > 0.0).collect::<Vec<f64>>());
     let is_pause = |pair: &&[f64]| gap(pair) > PAUSE * usual;
     let pauses: Vec<f64> = t_s.windows(2).filter(is_pause).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
-    if pauses.len() as f64 > COMMON * t_s.len() as f64 { Vec::new() } else { pauses }
+    let most = MOST_PAUSES.min(COMMON * t_s.len() as f64);
+    if pauses.len() as f64 > most { Vec::new() } else { pauses }
 }
 
 /// Distances between neighbouring positions.
@@ -267,6 +268,9 @@ mod tests {
         };
         assert_eq!(pauses(&times(&|k| if k == 30 { 21.0 } else { 1.0 })), [40.5]);
         assert_eq!(pauses(&times(&|k| if k % 2 == 0 { 30.0 } else { 1.0 })), [0.0; 0]);
+        let passes: Vec<f64> = (0..6000).map(|k| f64::from(k + k / 20 * 30)).collect();
+        assert_eq!(pauses(&passes), [0.0; 0], "three hundred");
+        assert_eq!(pauses(&passes[..400]).len(), 19);
         // Several readings have one time.
         assert_eq!(pauses(&times(&|k| if k % 3 == 0 { 1.0 } else { 0.0 })), [0.0; 0]);
     }

@@ -1201,6 +1201,9 @@ pub mod rows {
     pub const PAUSE: f64 = 5.0;
     /// Part of the readings after which there is such a gap that makes it the schedule's and no pause, by judgement.
     pub const COMMON: f64 = 0.2;
+    /// Most pauses, by judgement: what came in so many is no state of its own in each. With 2855 pauses between passes a lag of
+    /// that many amplitudes took 6.6 GB.
+    pub const MOST_PAUSES: f64 = 100.0;
     /// Readings closer than this part of the largest distance between neighbours are of one position.
     pub const SAME_PLACE: f64 = 0.05;
 }
