@@ -51,8 +51,8 @@ pub fn conflicts<'e, 'a>(
 }
 
 /// An effect that does nearly as well in the term's place beside the others, would show in other recordings of the device as
-/// well, and disagrees with it there; with its odds. Only what needs no shape to be searched
-/// counts: with one nearly everything is imitated by something far-fetched.
+/// well, and disagrees with it there; with its odds. Only what needs no shape to be searched counts: with one nearly everything
+/// is imitated by something far-fetched.
 fn conflicting_rival(
     explanation: &Explanation,
     catalogue: &[Effect],
@@ -74,7 +74,7 @@ fn conflicting_rival(
     let as_good = |found: &&Found| better_by(found) > -ALTERNATIVE_MARGIN;
     // A richer form of the term is no other effect: what it adds was not needed here.
     let holds = |found: &&Found| term.columns.iter().all(|column| contained(column, &found.term.columns));
-    let others_like_it = other_recordings(rows);
+    let elsewhere = other_recordings(rows);
     // For each of them what base and terms say where the last term sees its columns, and that term's part of it.
     let predicted = |added: &Term| -> Option<Vec<[Vec<f64>; 2]>> {
         let model = predictive(explanation, &with(added), order);
@@ -89,7 +89,7 @@ fn conflicting_rival(
             let whole: Vec<f64> = others.iter().zip(&part).map(|(o, p)| o + p).collect();
             [centred(&whole), centred(&part)]
         };
-        Some(others_like_it.iter().map(under).collect())
+        Some(elsewhere.iter().map(under).collect())
     };
     let own = predicted(term)?;
     let disagrees = |found: &&Found| {

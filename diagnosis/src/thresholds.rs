@@ -1014,11 +1014,11 @@ pub mod intervals {
     pub const NEGLIGIBLE: f64 = 9.0;
     /// Fall of the log likelihood with which a shape does nearly as well as the likeliest: two standard deviations.
     pub const NEARLY: f64 = 2.0;
-    /// Parts of the probability between which a shape is in the middle of what a recording allows: the likeliest shape is at one
-    /// half where the likelihood is even, and at an end, or a little within it, where nothing was read between two ends.
+    /// Parts of the posterior between which a shape stays where it was found, by judgement: where the likelihood is symmetric the
+    /// likeliest shape is at one half; where nothing was read between two ends it is at an end, or a little within it.
     pub const CENTRAL: [f64; 2] = [0.1, 0.9];
     /// Part of what an effect adds that base and other effects cannot make, for a shape to take the place of the one that was
-    /// found. By judgement: what they make up to a four-hundredth errs by as many times as much in other recordings.
+    /// found. By judgement: a wave of which they make all but a four-hundredth had an amplitude 400 times as large as needed.
     pub const LEAST_OWN: f64 = 0.1;
     /// Part of the largest log likelihood that the middle of a first cell may miss of the best place in it: a fall with
     /// the square of the distance, so that each halving leaves a quarter. By judgement: of a bump that is 0.35 widths off
